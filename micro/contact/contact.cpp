@@ -1,0 +1,156 @@
+#include "micro/contact/contact.h"
+
+#include <algorithm>
+#include <tuple>
+
+namespace trame::micro {
+
+Contact::Contact(const FiberField& field, const ContactLaw& law, std::vector<double> modulus)
+    : field_(field), law_(law), modulus_(std::move(modulus)) {}
+
+double Contact::mean_radius(Index a, Index b) const {
+  return 0.5 * (field_.mesh().radius[a] + field_.mesh().radius[b]);
+}
+double Contact::regularisation(const ContactElement& e) const {
+  return law_.target_penetration * mean_radius(e.fiber_a, e.fiber_b);
+}
+
+void Contact::begin_step(const State& start, double) { start_ = start; }
+
+/// The history entry of the same two fibers nearest in arc length, within one sample length.
+const ContactHistory* Contact::find_history(const Proximity& p) const {
+  const auto key = std::make_pair(p.fiber_a, p.fiber_b);
+  auto h = std::lower_bound(history_.begin(), history_.end(), std::make_tuple(p.fiber_a, p.fiber_b, p.s_a - p.length),
+                            [](const ContactHistory& c, const auto& k) {
+                              return std::make_tuple(c.fiber_a, c.fiber_b, c.s_a) < k;
+                            });
+  const ContactHistory* best = nullptr;
+  double best_distance = p.length;
+  for (; h != history_.end() && std::make_pair(h->fiber_a, h->fiber_b) == key && h->s_a <= p.s_a + p.length; ++h) {
+    const double distance = 0.5 * (std::abs(h->s_a - p.s_a) + std::abs(h->s_b - p.s_b));
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = &*h;
+    }
+  }
+  return best;
+}
+
+ContactElement Contact::make_element(const Proximity& p, const State& state, const ContactHistory* known) const {
+  ContactElement e;
+  e.fiber_a = p.fiber_a;
+  e.fiber_b = p.fiber_b;
+  e.s_a = p.s_a;
+  e.s_b = p.s_b;
+  e.length = p.length;
+  const double distance = p.chord.norm();
+  e.normal = distance > 0 ? Vec3(p.chord / distance) : Vec3::UnitZ();
+  // Axes nearer than 5 % of a radius give no reliable direction: keep the one that the pair had.
+  if (known && distance < 0.05 * mean_radius(p.fiber_a, p.fiber_b)) e.normal = known->normal;
+  // A direction that turned over since the last increment means that the axes passed through each other: push back.
+  if (known && e.normal.dot(known->normal) < -0.5) e.normal = known->normal;
+
+  const auto particle = [&](Index fiber, double s, const Vec3& outward) {
+    const double radius = field_.mesh().radius[fiber];
+    Vec2 xi = Vec2::Zero();
+    if (field_.model(fiber) == FiberModel::enriched) {
+      const auto [g1, g2] = field_.section(state, fiber, s);
+      xi = radius * Vec2(outward.dot(g1), outward.dot(g2)).normalized();
+    } else {
+      e.offset += radius;
+    }
+    return field_.particle(fiber, s, xi);
+  };
+  e.a = particle(p.fiber_a, p.s_a, e.normal);
+  e.b = particle(p.fiber_b, p.s_b, -e.normal);
+  e.penalty_scale = known ? known->penalty_scale : 1;
+  e.penalty = law_.penalty * std::min(modulus_[p.fiber_a], modulus_[p.fiber_b]) * p.length * e.penalty_scale;
+
+  if (law_.friction) {
+    const Layout& layout = field_.layout();
+    e.x_start = e.relative_position(layout, start_);
+    e.normal_force_lagged = penalty_force(e.gap(e.relative_position(layout, state)), e.penalty, regularisation(e));
+    e.slip_limit = law_.friction_coefficient * e.normal_force_lagged;
+    e.tangential_stiffness = e.slip_limit / (law_.reversible_slip * mean_radius(p.fiber_a, p.fiber_b));
+    if (known) e.traction_start = e.tangential(known->traction);
+  }
+  return e;
+}
+
+void Contact::update(const State& state) {
+  const std::vector<Proximity> proximities = find_proximities(field_, state, law_.search);
+  elements_.resize(proximities.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < proximities.size(); ++i)
+    elements_[i] = make_element(proximities[i], state, find_history(proximities[i]));
+}
+
+void Contact::announce(Pattern::Builder& builder) const {
+  for (const ContactElement& e : elements_) announce_contact_element(e, builder);
+}
+
+void Contact::add(const State& state, Assembler& assembler) const {
+  for (const ContactElement& e : elements_)
+    add_contact_element(e, field_.layout(), state, regularisation(e), assembler);
+}
+
+double Contact::energy(const State& state) const {
+  double sum = 0;
+  for (const ContactElement& e : elements_) {
+    const Vec3 x = e.relative_position(field_.layout(), state);
+    sum += penalty_energy(e.gap(x), e.penalty, regularisation(e)) + friction(e, x).energy;
+  }
+  return sum;
+}
+
+double Contact::max_penetration_over_radius(const State& state) const {
+  double largest = 0;
+  for (const ContactElement& e : elements_)
+    largest = std::max(largest, -e.gap(e.relative_position(field_.layout(), state)) / mean_radius(e.fiber_a, e.fiber_b));
+  return largest;
+}
+
+void Contact::commit(const State& state) {
+  for (const ContactElement& e : elements_) {
+    const Vec3 x = e.relative_position(field_.layout(), state);
+    const Friction f = friction(e, x);
+    // Work of friction less the change of the reversible part.
+    if (f.slides)
+      dissipated_ += f.force.dot(e.tangential(x - e.x_start)) -
+                     0.5 * (f.force.squaredNorm() - e.traction_start.squaredNorm()) / e.tangential_stiffness;
+  }
+  if (law_.adapt_penalty) adapt_penalties(state);
+  history_.resize(elements_.size());
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    const ContactElement& e = elements_[i];
+    const Vec3 traction = friction(e, e.relative_position(field_.layout(), state)).force;
+    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.length, e.normal, traction, e.penalty_scale};
+  }
+}
+
+/// Zone by zone (up to eight consecutive samples of a pair): where the largest penetration exceeds the target the penalty rises by their
+/// ratio, where it stays below a quarter of the target it falls toward its starting value.
+void Contact::adapt_penalties(const State& state) {
+  constexpr double largest_rise = 4, fall = 0.7;
+  constexpr std::size_t zone_samples = 8;
+  for (std::size_t begin = 0; begin < elements_.size();) {
+    const ContactElement& first = elements_[begin];
+    std::size_t end = begin;
+    double penetration = 0, scale = 0;
+    while (end < elements_.size() && end - begin < zone_samples && elements_[end].fiber_a == first.fiber_a &&
+           elements_[end].fiber_b == first.fiber_b &&
+           (end == begin || elements_[end].s_a - elements_[end - 1].s_a < 2 * first.length)) {
+      const ContactElement& e = elements_[end++];
+      penetration = std::max(penetration, -e.gap(e.relative_position(field_.layout(), state)));
+      scale = std::max(scale, e.penalty_scale);
+    }
+    const double ratio = penetration / regularisation(first);
+    if (ratio > 1)
+      scale *= std::min(ratio, largest_rise);
+    else if (ratio < 0.25)
+      scale = std::max(1.0, fall * scale);
+    for (; begin < end; ++begin) elements_[begin].penalty_scale = scale;
+  }
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,69 @@
+#pragma once
+/// \file
+/// Contact and friction between fibers: contact elements made from proximities, their history and their penalties.
+
+#include "micro/contact/contact_element.h"
+#include "micro/contact/proximity.h"
+#include "micro/solve/effect.h"
+
+namespace trame::micro {
+
+/// Numbers of the contact law, in the unit system of the model.
+struct ContactLaw {
+  ProximitySearch search;
+  double penalty = 0.5;              ///< starting stiffness per length over the modulus
+  double target_penetration = 0.03;  ///< in radii; also p_reg of the penalty
+  bool adapt_penalty = true;
+  bool friction = true;
+  double friction_coefficient = 0.2;
+  double reversible_slip = 0.05;     ///< in radii
+};
+
+/// What history keeps of a contact element between detections and increments.
+struct ContactHistory {
+  Index fiber_a, fiber_b;
+  double s_a, s_b;
+  double length;
+  Vec3 normal, traction;
+  double penalty_scale;
+};
+
+/// Penalty contact with Coulomb friction between fibers that run side by side or cross.
+class Contact final : public Effect {
+ public:
+  /// `modulus` per fiber: what a penalty is measured in (transverse modulus).
+  Contact(const FiberField& field, const ContactLaw& law, std::vector<double> modulus);
+
+  [[nodiscard]] std::string_view name() const override { return "contact"; }
+  void begin_step(const State& start, double stage_time) override;
+  void update(const State& state) override;
+  void announce(Pattern::Builder& builder) const override;
+  void add(const State& state, Assembler& assembler) const override;
+  [[nodiscard]] double energy(const State& state) const override;
+  void commit(const State& state) override;
+
+  [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
+  [[nodiscard]] double regularisation(const ContactElement& element) const;
+  /// Largest penetration over the mean radius of the pair.
+  [[nodiscard]] double max_penetration_over_radius(const State& state) const;
+  [[nodiscard]] double dissipated() const { return dissipated_; }
+  [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
+  void set_history(std::vector<ContactHistory> history) { history_ = std::move(history); }
+
+ private:
+  [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state,
+                                            const ContactHistory* known) const;
+  [[nodiscard]] const ContactHistory* find_history(const Proximity& proximity) const;
+  [[nodiscard]] double mean_radius(Index a, Index b) const;
+  void adapt_penalties(const State& state);
+
+  const FiberField& field_;
+  ContactLaw law_;
+  std::vector<double> modulus_;
+  State start_;
+  std::vector<ContactElement> elements_;
+  std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_
+  double dissipated_ = 0;
+};
+
+}  // namespace trame::micro

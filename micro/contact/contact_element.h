@@ -1,0 +1,66 @@
+#pragma once
+/// \file
+/// The contact element: two particles, a frozen normal, a penalty force and a friction force. Pure functions of a gap and a slip.
+
+#include "micro/fiber/fiber_field.h"
+
+namespace trame::micro {
+
+/// Force of the penalty at gap g (positive: apart): quadratic in the penetration p = −g up to p_reg, linear beyond,
+///   f = 0 (g ≥ 0),  k p²/(2 p_reg) (p < p_reg),  k (p − p_reg/2) else.
+[[nodiscard]] constexpr double penalty_force(double gap, double k, double p_reg) {
+  const double p = -gap;
+  return p <= 0 ? 0 : p < p_reg ? 0.5 * k * p * p / p_reg : k * (p - 0.5 * p_reg);
+}
+/// −df/dg ≥ 0.
+[[nodiscard]] constexpr double penalty_stiffness(double gap, double k, double p_reg) {
+  const double p = -gap;
+  return p <= 0 ? 0 : p < p_reg ? k * p / p_reg : k;
+}
+/// Potential: f = −dψ/dg.
+[[nodiscard]] constexpr double penalty_energy(double gap, double k, double p_reg) {
+  const double p = -gap;
+  return p <= 0 ? 0 : p < p_reg ? k * p * p * p / (6 * p_reg) : k * (0.5 * p * p - 0.5 * p * p_reg + p_reg * p_reg / 6);
+}
+
+/// A pair of particles that may touch. The gap n·(x_b − x_a) − offset is linear in the unknowns while n and the particles are frozen.
+struct ContactElement {
+  Index fiber_a = 0, fiber_b = 0;
+  double s_a = 0, s_b = 0;            ///< arc lengths of the particles
+  FiberPoint a, b;
+  Vec3 normal = Vec3::UnitZ();        ///< from a to b
+  double offset = 0;                  ///< distance of the particles along n at zero gap (radii of rods)
+  double length = 0;                  ///< length of fiber that the element stands for
+  double penalty = 0;                 ///< k, force over length
+  double penalty_scale = 1;           ///< adapted factor that `penalty` includes
+  // Friction; all zero where there is none.
+  Vec3 x_start = Vec3::Zero();        ///< x_b − x_a of the particles at the start of the step
+  Vec3 traction_start = Vec3::Zero(); ///< friction force on b at the start of the step, tangential
+  double tangential_stiffness = 0;    ///< µ N / u_rev with the lagged normal force N
+  double slip_limit = 0;              ///< µ N, lagged
+  double normal_force_lagged = 0;     ///< N
+
+  [[nodiscard]] Vec3 relative_position(const Layout& layout, const State& state) const {
+    return b.evaluate(layout, state) - a.evaluate(layout, state);
+  }
+  [[nodiscard]] double gap(const Vec3& relative_position) const { return normal.dot(relative_position) - offset; }
+  [[nodiscard]] Vec3 tangential(const Vec3& v) const { return v - normal * normal.dot(v); }
+};
+
+/// Friction at a relative position: return mapping of the trial force on b onto the disc of radius µN.
+struct Friction {
+  Vec3 force = Vec3::Zero();  ///< gradient by x_b − x_a of the friction potential (the force on b is −force)
+  Vec3 direction = Vec3::Zero();
+  double stiffness_along = 0, stiffness_across = 0;  ///< along the trial force, and across it in the tangent plane
+  double energy = 0;
+  bool slides = false;
+};
+[[nodiscard]] Friction friction(const ContactElement& element, const Vec3& relative_position);
+
+/// Adds force and tangent of a contact element.
+void add_contact_element(const ContactElement& element, const Layout& layout, const State& state, double p_reg,
+                         Assembler& assembler);
+/// Announces the couplings of a contact element.
+void announce_contact_element(const ContactElement& element, Pattern::Builder& builder);
+
+}  // namespace trame::micro

@@ -1,0 +1,240 @@
+#include "micro/fiber/enriched_beam.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <numbers>
+
+namespace trame::micro {
+
+namespace {
+
+constexpr double gauss = 0.57735026918962576451;  // 1/√3
+constexpr std::array<double, 2> gauss_points = {-gauss, gauss};
+
+/// ½(zᵢ·zⱼ) for i = j and zᵢ·zⱼ otherwise, times `factor`, as the matrix A of e = ½ zᵀ A z.
+void add_product(Eigen::Matrix<double, 5, 5>& a, int i, int j, double factor = 1) {
+  a(i, j) += factor;
+  if (i != j) a(j, i) += factor;
+}
+
+bool same(const Material& a, const Material& b) {
+  return a.young_modulus_axial == b.young_modulus_axial && a.young_modulus_transverse == b.young_modulus_transverse &&
+         a.shear_modulus_axial == b.shear_modulus_axial && a.poisson_ratio_axial == b.poisson_ratio_axial &&
+         a.poisson_ratio_transverse == b.poisson_ratio_transverse;
+}
+
+/// Nodal unknowns of an element to z at a Gauss point.
+template <typename Z>
+Z interpolate(const Vec3* q, const std::array<double, 3>& n, const std::array<double, 3>& dn) {
+  Z z = Z::Zero();
+  for (int a = 0; a < 3; ++a) {
+    z.col(0) += dn[a] * q[3 * a];
+    z.col(1) += n[a] * q[3 * a + 1];
+    z.col(2) += n[a] * q[3 * a + 2];
+    z.col(3) += dn[a] * q[3 * a + 1];
+    z.col(4) += dn[a] * q[3 * a + 2];
+  }
+  return z;
+}
+
+std::array<double, 3> shape_derivative_by_arc(double t, double h) {
+  auto d = quadratic_shape_derivative(t);
+  for (double& x : d) x *= 2 / h;
+  return d;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 6, 6> material_stiffness(const Material& m) {
+  const double el = m.young_modulus_axial, et = m.young_modulus_transverse, nu = m.poisson_ratio_axial;
+  Mat3 compliance;
+  compliance << 1 / el, -nu / el, -nu / el,  //
+      -nu / el, 1 / et, -m.poisson_ratio_transverse / et,  //
+      -nu / el, -m.poisson_ratio_transverse / et, 1 / et;
+  Eigen::Matrix<double, 6, 6> c = Eigen::Matrix<double, 6, 6>::Zero();
+  c.topLeftCorner<3, 3>() = compliance.inverse();
+  c(3, 3) = et / (2 * (1 + m.poisson_ratio_transverse));
+  c(4, 4) = c(5, 5) = m.shear_modulus_axial;
+  return c;
+}
+
+EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> materials,
+                             const FiberConfiguration& reference, bool twist_stretch)
+    : field_(field), n_measures_(twist_stretch ? n_measures_twist_stretch : n_measures) {
+  const FiberMesh& mesh = field.mesh();
+  std::vector<std::pair<Material, double>> kinds;
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    const double radius = mesh.radius[f];
+    std::size_t k = 0;
+    while (k < kinds.size() && !(same(kinds[k].first, materials[f]) && kinds[k].second == radius)) ++k;
+    section_of_fiber_.push_back(static_cast<Index>(k));
+    if (k < kinds.size()) continue;
+    kinds.emplace_back(materials[f], radius);
+
+    const double area = std::numbers::pi * radius * radius, inertia = area * radius * radius / 4;
+    Section s;
+    s.stiffness.setZero();
+    for (auto& a : s.measure) a.setZero();
+    s.stiffness.topLeftCorner<6, 6>() = area * material_stiffness(materials[f]);
+    // Zero transverse stress for what is linear in ξ: the constant section strain could not follow it (Poisson locking).
+    for (const int k_bending : {6, 7}) s.stiffness(k_bending, k_bending) = materials[f].young_modulus_axial * inertia;
+    for (int k_shear = 8; k_shear < 12; ++k_shear)
+      s.stiffness(k_shear, k_shear) = materials[f].shear_modulus_axial * inertia;
+    for (int i = 0; i < 3; ++i) add_product(s.measure[i], i, i);  // E_ss, E_11, E_22
+    add_product(s.measure[3], 1, 2);                              // 2E_12
+    add_product(s.measure[4], 0, 1);                              // 2E_s1
+    add_product(s.measure[5], 0, 2);                              // 2E_s2
+    add_product(s.measure[6], 0, 3);                              // κ_1
+    add_product(s.measure[7], 0, 4);                              // κ_2
+    add_product(s.measure[8], 3, 2);                              // g₁'·g₂
+    add_product(s.measure[9], 4, 1);                              // g₂'·g₁
+    add_product(s.measure[10], 3, 1);                             // g₁'·g₁
+    add_product(s.measure[11], 4, 2);                             // g₂'·g₂
+    if (twist_stretch) {
+      // ½ ξα ξβ gα'·gβ' of E_ss: its mean over the section joins E_ss; with ρ the distance from the centre its deviation is
+      // (ρ² − R²/2)/4 m₁ + ρ²/4 (m₂ cos 2φ + m₃ sin 2φ), m₁ = |g₁'|² + |g₂'|², m₂ = |g₁'|² − |g₂'|², m₃ = 2 g₁'·g₂'.
+      add_product(s.measure[0], 3, 3, radius * radius / 4);
+      add_product(s.measure[0], 4, 4, radius * radius / 4);
+      add_product(s.measure[12], 3, 3, 2);
+      add_product(s.measure[12], 4, 4, 2);
+      add_product(s.measure[13], 3, 3, 2);
+      add_product(s.measure[13], 4, 4, -2);
+      add_product(s.measure[14], 3, 4, 2);
+      const double fourth_moment = materials[f].young_modulus_axial * area * std::pow(radius, 4) / 16;
+      s.stiffness(12, 12) = fourth_moment / 12;
+      s.stiffness(13, 13) = s.stiffness(14, 14) = fourth_moment / 6;
+    }
+    sections_.push_back(s);
+  }
+  State state;
+  state.q.resize(field.layout().n_vectors());
+  field.read_configuration(reference, state);
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    first_element_.push_back(static_cast<Index>(reference_.size() / 2));
+    if (field.model(f) != FiberModel::enriched) continue;
+    for (Index e = 0; e < mesh.n_elements(f); ++e)
+      for (const double t : gauss_points) {
+        const Vec3* q = state.q.data() + field.layout().first_vector(field.element_node(f, e));
+        reference_.push_back(measures(
+            interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, field.element_length(f))),
+            sections_[section_of_fiber_[f]]));
+      }
+  }
+}
+
+EnrichedBeams::Measures EnrichedBeams::measures(const Z& z, const Section& section) const {
+  const Eigen::Matrix<double, 5, 5> gram = z.transpose() * z;
+  Measures e = Measures::Zero();
+  for (int k = 0; k < n_measures_; ++k) e[k] = 0.5 * section.measure[k].cwiseProduct(gram).sum();
+  return e;
+}
+
+void EnrichedBeams::announce(Pattern::Builder& builder) const {
+  for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
+    if (field_.model(f) != FiberModel::enriched) continue;
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
+      const Index n = field_.element_node(f, e);
+      builder.add_clique(std::array{n, n + 1, n + 2});
+    }
+  }
+}
+
+double EnrichedBeams::energy(const State& state) const {
+  double sum = 0;
+  for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
+    if (field_.model(f) != FiberModel::enriched) continue;
+    const double h = field_.element_length(f);
+    const Section& section = sections_[section_of_fiber_[f]];
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e)
+      for (int g = 0; g < 2; ++g) {
+        const Vec3* q = state.q.data() + field_.layout().first_vector(field_.element_node(f, e));
+        const double t = gauss_points[g];
+        const Measures strain =
+            measures(interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, h)), section) -
+            reference_[2 * (first_element_[f] + e) + g];
+        sum += 0.5 * (h / 2) * strain.dot(section.stiffness * strain);
+      }
+  }
+  return sum;
+}
+
+void EnrichedBeams::add(const State& state, Assembler& assembler) const {
+  for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
+    if (field_.model(f) != FiberModel::enriched) continue;
+    if (!assembler.touches(field_.element_node(f, 0), field_.last_node(f))) continue;
+    const double h = field_.element_length(f);
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
+      const Index first = field_.element_node(f, e);
+      if (!assembler.touches(first, first + 2)) continue;
+      const Vec3* q = state.q.data() + field_.layout().first_vector(first);
+      for (int g = 0; g < 2; ++g) {
+        const auto n = quadratic_shape(gauss_points[g]);
+        const auto dn = shape_derivative_by_arc(gauss_points[g], h);
+        add_gauss_point(interpolate<Z>(q, n, dn), sections_[section_of_fiber_[f]],
+                        reference_[2 * (first_element_[f] + e) + g], first, n, dn, h / 2, assembler);
+      }
+    }
+  }
+}
+
+void EnrichedBeams::add_gauss_point(const Z& z, const Section& section, const Measures& reference, Index first_node,
+                                    const std::array<double, 3>& n, const std::array<double, 3>& dn, double weight,
+                                    Assembler& assembler) const {
+  const Measures stress = section.stiffness * (measures(z, section) - reference);
+  MeasureMatrix s = MeasureMatrix::Zero();  // S of the geometric part S ⊗ I₃
+  for (int k = 0; k < n_measures_; ++k) s += stress[k] * section.measure[k];
+  const Z force = weight * z * s;
+
+  // Node vector v of node a enters z through at most two columns: r through z₀; g₁ through z₁, z₃; g₂ through z₂, z₄.
+  static constexpr int by_value[3] = {-1, 1, 2}, by_derivative[3] = {0, 3, 4};
+  for (int a = 0; a < 3; ++a)
+    for (int v = 0; v < 3; ++v) {
+      Vec3 f = dn[a] * force.col(by_derivative[v]);
+      if (v > 0) f += n[a] * force.col(by_value[v]);
+      assembler.add_force(first_node + a, v, f);
+    }
+  if (!assembler.wants_tangent()) return;
+
+  if (assembler.tangent() == Assembler::Tangent::projected) {
+    const Eigen::SelfAdjointEigenSolver<MeasureMatrix> eigen(s);
+    s = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
+  }
+  // B: derivative of the measures by z, rows of 15.
+  Eigen::Matrix<double, n_measures_twist_stretch, 15> b = Eigen::Matrix<double, n_measures_twist_stretch, 15>::Zero();
+  for (int k = 0; k < n_measures_; ++k) {
+    const Z row = z * section.measure[k];
+    b.row(k) = Eigen::Map<const Eigen::Matrix<double, 1, 15>>(row.data());
+  }
+  // Map from the element's 27 unknowns to z, as 9 node vectors → 5 columns, then Kᵉ = (N⊗I)ᵀ (BᵀDB + S⊗I) (N⊗I).
+  Eigen::Matrix<double, 5, 9> map = Eigen::Matrix<double, 5, 9>::Zero();
+  for (int a = 0; a < 3; ++a) {
+    map(0, 3 * a) = dn[a];
+    map(1, 3 * a + 1) = map(2, 3 * a + 2) = n[a];
+    map(3, 3 * a + 1) = map(4, 3 * a + 2) = dn[a];
+  }
+  Eigen::Matrix<double, n_measures_twist_stretch, 27> bq;
+  for (int v = 0; v < 9; ++v) {
+    bq.middleCols<3>(3 * v).setZero();
+    for (int i = 0; i < 5; ++i)
+      if (map(i, v) != 0) bq.middleCols<3>(3 * v) += map(i, v) * b.middleCols<3>(3 * i);
+  }
+  const auto rows = n_measures_;
+  Eigen::Matrix<double, n_measures_twist_stretch, 27> dbq;
+  dbq.topRows(rows).noalias() = weight * section.stiffness.topLeftCorner(rows, rows) * bq.topRows(rows);
+  Eigen::Matrix<double, 27, 27> k;
+  k.noalias() = bq.topRows(rows).transpose() * dbq.topRows(rows);
+  const Eigen::Matrix<double, 9, 9> geometric = weight * map.transpose() * s * map;
+  for (int a = 0; a < 3; ++a)
+    for (int c = 0; c <= a; ++c) {
+      if (!assembler.owns(first_node + c)) continue;
+      const auto block = assembler.block(first_node + a, first_node + c);
+      for (int col = 0; col < 9; ++col)
+        for (int row = 0; row < 9; ++row) {
+          double value = k(9 * a + row, 9 * c + col);
+          if (row % 3 == col % 3) value += geometric(3 * a + row / 3, 3 * c + col / 3);
+          block.data[static_cast<std::size_t>(col) * block.stride + row] += value;
+        }
+    }
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,50 @@
+#pragma once
+/// \file
+/// Elastic energy of enriched beams: x(s, ξ) = r + ξ₁ g₁ + ξ₂ g₂, 9 dofs a node, 3-node elements, 2 Gauss points.
+/// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/README.md.
+
+#include "micro/fiber/fiber_field.h"
+#include "micro/solve/effect.h"
+
+namespace trame::micro {
+
+class EnrichedBeams final : public Effect {
+ public:
+  /// Strain measures: six constant over the section, two of bending, four of torsion and shear, three of twist–stretch.
+  static constexpr int n_measures = 12, n_measures_twist_stretch = 15;
+
+  /// `reference` is free of stress. `materials` per fiber. Fibers of other models are passed over.
+  EnrichedBeams(const FiberField& field, std::vector<Material> materials, const FiberConfiguration& reference,
+                bool twist_stretch);
+
+  [[nodiscard]] std::string_view name() const override { return "enriched beams"; }
+  void announce(Pattern::Builder& builder) const override;
+  void add(const State& state, Assembler& assembler) const override;
+  [[nodiscard]] double energy(const State& state) const override;
+
+ private:
+  using Z = Eigen::Matrix<double, 3, 5>;
+  using Measures = Eigen::Matrix<double, n_measures_twist_stretch, 1>;
+  using MeasureMatrix = Eigen::Matrix<double, 5, 5>;
+  using Stiffness = Eigen::Matrix<double, n_measures_twist_stretch, n_measures_twist_stretch>;
+  struct Section {
+    Stiffness stiffness;                        // D
+    std::array<MeasureMatrix, n_measures_twist_stretch> measure;  // A_k
+  };
+  [[nodiscard]] Measures measures(const Z& z, const Section& section) const;
+  void add_gauss_point(const Z& z, const Section& section, const Measures& reference, Index first_node,
+                       const std::array<double, 3>& n, const std::array<double, 3>& dn, double weight,
+                       Assembler& assembler) const;
+
+  const FiberField& field_;
+  int n_measures_;
+  std::vector<Section> sections_;       // distinct ones
+  std::vector<Index> section_of_fiber_;
+  std::vector<Index> first_element_;    // per fiber, into reference_
+  std::vector<Measures> reference_;     // two per element
+};
+
+/// 6 × 6 stiffness of a transversely isotropic material for (E_ss, E_11, E_22, 2E_12, 2E_s1, 2E_s2), axis s, in Pa.
+[[nodiscard]] Eigen::Matrix<double, 6, 6> material_stiffness(const Material& material);
+
+}  // namespace trame::micro

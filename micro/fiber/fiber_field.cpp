@@ -1,0 +1,124 @@
+#include "micro/fiber/fiber_field.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace trame::micro {
+
+std::array<double, 3> quadratic_shape(double t) { return {0.5 * t * (t - 1), 1 - t * t, 0.5 * t * (t + 1)}; }
+std::array<double, 3> quadratic_shape_derivative(double t) { return {t - 0.5, -2 * t, t + 0.5}; }
+
+std::array<double, 4> hermite_shape(double t, double h) {
+  return {(2 - 3 * t + t * t * t) / 4, h * (1 - t - t * t + t * t * t) / 8, (2 + 3 * t - t * t * t) / 4,
+          h * (-1 - t + t * t + t * t * t) / 8};
+}
+std::array<double, 4> hermite_shape_derivative(double t, double h) {
+  return {(-3 + 3 * t * t) / (2 * h), (-1 - 2 * t + 3 * t * t) / 4, (3 - 3 * t * t) / (2 * h),
+          (-1 + 2 * t + 3 * t * t) / 4};
+}
+std::array<double, 4> hermite_shape_second_derivative(double t, double h) {
+  return {6 * t / (h * h), (-1 + 3 * t) / h, -6 * t / (h * h), (1 + 3 * t) / h};
+}
+
+FiberField::FiberField(const FiberMesh& mesh, std::vector<FiberModel> models, Layout& layout)
+    : mesh_(&mesh), layout_(&layout), models_(std::move(models)) {
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    first_system_node_.push_back(layout.n_nodes());
+    element_length_.push_back(mesh.length(f) / mesh.n_elements(f));
+    const bool enriched = models_[f] == FiberModel::enriched;
+    const Index n_nodes = enriched ? mesh.n_nodes(f) : mesh.n_elements(f) + 1;
+    for (Index i = 0; i < n_nodes; ++i) layout.add_node(enriched ? 3 : 2);
+  }
+  first_system_node_.push_back(layout.n_nodes());
+}
+
+FiberField::Local FiberField::locate(Index fiber, double s) const {
+  const double h = element_length_[fiber];
+  const Index e = std::clamp(static_cast<Index>(s / h), Index{0}, mesh_->n_elements(fiber) - 1);
+  return {e, 2 * (s / h - e) - 1};
+}
+
+CurvePointAndTangent FiberField::curve(const State& state, Index fiber, double s) const {
+  const auto [e, t] = locate(fiber, s);
+  const double h = element_length_[fiber];
+  const Vec3* q = state.q.data() + layout_->first_vector(element_node(fiber, e));
+  if (models_[fiber] == FiberModel::enriched) {
+    const auto n = quadratic_shape(t), d = quadratic_shape_derivative(t);
+    return {n[0] * q[0] + n[1] * q[3] + n[2] * q[6], (2 / h) * (d[0] * q[0] + d[1] * q[3] + d[2] * q[6])};
+  }
+  const auto n = hermite_shape(t, h), d = hermite_shape_derivative(t, h);
+  return {n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3],
+          d[0] * q[0] + d[1] * q[1] + d[2] * q[2] + d[3] * q[3]};
+}
+
+std::array<Vec3, 2> FiberField::section(const State& state, Index fiber, double s) const {
+  assert(models_[fiber] == FiberModel::enriched);
+  const auto [e, t] = locate(fiber, s);
+  const Vec3* q = state.q.data() + layout_->first_vector(element_node(fiber, e));
+  const auto n = quadratic_shape(t);
+  return {n[0] * q[1] + n[1] * q[4] + n[2] * q[7], n[0] * q[2] + n[1] * q[5] + n[2] * q[8]};
+}
+
+FiberPoint FiberField::particle(Index fiber, double s, const Vec2& xi) const {
+  const auto [e, t] = locate(fiber, s);
+  FiberPoint p;
+  p.first_node = element_node(fiber, e);
+  if (models_[fiber] == FiberModel::enriched) {
+    p.n_nodes = p.n_vectors = 3;
+    const auto n = quadratic_shape(t);
+    for (int a = 0; a < 3; ++a) p.weight[a] = {n[a], n[a] * xi[0], n[a] * xi[1]};
+  } else {
+    p.n_nodes = p.n_vectors = 2;
+    const auto n = hermite_shape(t, element_length_[fiber]);
+    p.weight[0] = {n[0], n[1], 0};
+    p.weight[1] = {n[2], n[3], 0};
+  }
+  return p;
+}
+
+void FiberField::read_configuration(const FiberConfiguration& configuration, State& state) const {
+  for (Index f = 0; f < mesh_->n_fibers(); ++f) {
+    const bool enriched = models_[f] == FiberModel::enriched;
+    Vec3* q = state.q.data() + layout_->first_vector(first_system_node_[f]);
+    for (Index i = mesh_->first_node[f]; i < mesh_->first_node[f + 1]; i += enriched ? 1 : 2) {
+      *q++ = configuration.r[i];
+      *q++ = enriched ? configuration.g1[i] : configuration.tangent[i];
+      if (enriched) *q++ = configuration.g2[i];
+    }
+  }
+}
+
+namespace {
+
+/// The section vectors (g1, g2) turned by the smallest rotation that takes direction `from` to direction `to`.
+void carry_section(const Vec3& from, const Vec3& to, const Vec3& g1, Vec3& g1_new, Vec3& g2_new) {
+  const Vec3 t = to.normalized();
+  Vec3 g = Eigen::Quaterniond::FromTwoVectors(from, to) * g1;
+  g1_new = (g - g.dot(t) * t).normalized();
+  g2_new = t.cross(g1_new);
+}
+
+}  // namespace
+
+void FiberField::write_configuration(const State& state, FiberConfiguration& configuration) const {
+  configuration.resize(mesh_->n_nodes());
+  for (Index f = 0; f < mesh_->n_fibers(); ++f) {
+    const Index first = mesh_->first_node[f];
+    for (Index i = first; i < mesh_->first_node[f + 1]; ++i) {
+      const auto [r, tangent] = curve(state, f, mesh_->arc_length[i]);
+      const Vec3 tangent_before = i == first ? configuration.tangent[i] : configuration.tangent[i - 1];
+      configuration.r[i] = r;
+      configuration.tangent[i] = tangent;
+      if (models_[f] == FiberModel::enriched) {
+        const Vec3* q = state.q.data() + layout_->first_vector(first_system_node_[f] + i - first);
+        configuration.g1[i] = q[1];
+        configuration.g2[i] = q[2];
+      } else {
+        const Vec3 g1_before = i == first ? configuration.g1[i] : configuration.g1[i - 1];
+        carry_section(tangent_before, tangent, g1_before, configuration.g1[i], configuration.g2[i]);
+      }
+    }
+  }
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,31 @@
+#pragma once
+/// \file
+/// Rods: stretch and bending only, cubic Hermite elements with 6 dofs a node (r, dr/ds), straight at rest.
+/// Energy ∫ ½ EA E_ss² + ½ EI r''·r'' ds. Under small strain r''·r'' is κ² plus the square of the strain gradient, which is
+/// (R/ℓ)² smaller than the stretching energy over lengths ℓ; in exchange the bending tangent is constant and positive.
+/// E_ss is taken at the three Lobatto points of an element, which leaves bending free of membrane locking
+/// (the constraint count of Meier, Popp & Wall 2015).
+
+#include "micro/fiber/fiber_field.h"
+#include "micro/solve/effect.h"
+
+namespace trame::micro {
+
+class Rods final : public Effect {
+ public:
+  /// `materials` per fiber; fibers of other models are passed over.
+  Rods(const FiberField& field, const std::vector<Material>& materials);
+
+  [[nodiscard]] std::string_view name() const override { return "rods"; }
+  void announce(Pattern::Builder& builder) const override;
+  void add(const State& state, Assembler& assembler) const override;
+  [[nodiscard]] double energy(const State& state) const override;
+
+ private:
+  void add_element(const Vec3* q, Index fiber, Index first_node, Assembler& assembler) const;
+
+  const FiberField& field_;
+  std::vector<double> axial_stiffness_, bending_stiffness_;  // per fiber, EA and EI
+};
+
+}  // namespace trame::micro

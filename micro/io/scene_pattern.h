@@ -1,0 +1,27 @@
+#pragma once
+/// \file
+/// Weave patterns: one repeat as rows of weft yarns and columns of warp yarns, true where the warp yarn passes above.
+
+#include <vector>
+
+#include "micro/core/types.h"
+
+namespace trame::micro {
+
+using WeavePattern = std::vector<std::vector<bool>>;
+
+/// Twill in which a warp yarn passes above floats[0] weft yarns, below floats[1], above floats[2] and so on, and each warp yarn
+/// does so one weft yarn later than the one before it. {1, 1} is plain weave, {2, 2} the common twill. All floats are at least 1.
+[[nodiscard]] WeavePattern twill_pattern(const std::vector<Index>& floats);
+
+/// Warp-faced satin: weft yarn i passes above warp yarn i·step (mod harnesses) and below all others.
+/// harnesses and step have no common divisor.
+[[nodiscard]] WeavePattern satin_pattern(Index harnesses, Index step);
+
+/// Whether (harnesses, step) is a satin: no common divisor, and 1 < step < harnesses − 1, which would be twills.
+[[nodiscard]] bool is_satin(Index harnesses, Index step);
+
+/// `repeat` continued over n_weft rows and n_warp columns.
+[[nodiscard]] WeavePattern continued(const WeavePattern& repeat, Index n_weft, Index n_warp);
+
+}  // namespace trame::micro

@@ -1,0 +1,198 @@
+#include "micro/io/scene_value.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+
+#include "micro/core/error.h"
+#include "micro/core/quantity.h"
+
+namespace trame::micro {
+
+bool Range::contains(double x) const {
+  if (!std::isfinite(x)) return false;
+  if (low && (x < *low || (low_open && x == *low))) return false;
+  return !(high && (x > *high || (high_open && x == *high)));
+}
+
+std::string Range::text() const {
+  const std::string from = low ? fmt::format("{} {}", low_open ? "greater than" : "at least", *low) : "";
+  const std::string to = high ? fmt::format("{} {}", high_open ? "less than" : "at most", *high) : "";
+  return from + (low && high ? " and " : "") + to;
+}
+
+std::string allowed_quantity(const Measure& measure, const Range& range) {
+  std::string allowed(measure.noun);
+  if (const std::string limits = range.text(); !limits.empty()) allowed += " " + limits;
+  if (!measure.example.empty()) allowed += fmt::format(" with its unit, such as \"{}\"", measure.example);
+  return allowed;
+}
+
+std::string allowed_integer(const Range& range) {
+  const std::string limits = range.text();
+  return limits.empty() ? "an integer" : "an integer of " + limits;
+}
+
+std::string allowed_names(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += fmt::format("{}\"{}\"", i == 0 ? "" : (i + 1 == names.size() ? " or " : ", "), names[i]);
+  return text;
+}
+
+namespace {
+
+/// Levenshtein distance: the number of letters to insert, delete or replace.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = std::exchange(row[j + 1], std::min({row[j + 1] + 1, row[j] + 1, replaced}));
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::optional<std::string> nearest_name(const std::string& name, const std::vector<std::string>& candidates) {
+  std::optional<std::string> nearest;
+  std::size_t best = std::max<std::size_t>(2, name.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = edit_distance(name, candidate);
+    if (distance < std::min(best, candidate.size())) {
+      best = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+std::string suggestion(const std::string& name, const std::vector<std::string>& candidates) {
+  const auto nearest = nearest_name(name, candidates);
+  return nearest ? fmt::format("; did you mean \"{}\"?", *nearest) : "";
+}
+
+std::string SceneValue::path_to(std::string_view child) const {
+  return key_.empty() ? std::string(child) : fmt::format("{}.{}", key_, child);
+}
+
+std::string SceneValue::shown() const {
+  if (node_->is_table()) return "";
+  std::ostringstream text;
+  node_->visit([&](const auto& value) { text << value; });
+  constexpr std::size_t longest = 80;
+  return text.str().size() <= longest ? " = " + text.str() : " = " + text.str().substr(0, longest) + " …";
+}
+
+void SceneValue::fail(std::string_view complaint) const {
+  throw InputError(fmt::format("{}: {}{}: {} (line {})", file_, key_, shown(), complaint, node_->source().begin.line));
+}
+
+void SceneValue::fail_missing(std::string_view child, std::string_view allowed) const {
+  throw InputError(
+      fmt::format("{}: {}: missing; must be {} (line {})", file_, path_to(child), allowed, node_->source().begin.line));
+}
+
+double SceneValue::quantity(const Measure& measure, const Range& range) const {
+  const std::string must_be = "must be " + allowed_quantity(measure, range);
+  double value = 0;
+  if (const auto* text = node_->as_string()) {
+    try {
+      value = parse_quantity(text->get(), measure.si_unit);
+    } catch (const InputError& error) {
+      fail(fmt::format("{}; {}", error.what(), must_be));
+    }
+  } else if (node_->is_number() && measure.si_unit == "1") {
+    value = *node_->value<double>();
+  } else {
+    fail(must_be);
+  }
+  if (!range.contains(value)) fail(must_be);
+  return value;
+}
+
+Index SceneValue::integer(const Range& range) const {
+  const auto* value = node_->as_integer();
+  const bool fits = value && std::in_range<Index>(value->get()) && range.contains(static_cast<double>(value->get()));
+  if (!fits) fail("must be " + allowed_integer(range));
+  return static_cast<Index>(value->get());
+}
+
+bool SceneValue::boolean() const {
+  if (!node_->is_boolean()) fail("must be true or false");
+  return node_->as_boolean()->get();
+}
+
+std::string SceneValue::text() const {
+  if (!node_->is_string() || node_->as_string()->get().empty()) fail("must be a text in quotes");
+  return node_->as_string()->get();
+}
+
+std::string SceneValue::name() const {
+  const std::string name = text();
+  if (name.find_first_of("*?") != name.npos) fail("must be a name without the wildcards * and ?");
+  return name;
+}
+
+Vec3 SceneValue::vector(const Measure& measure) const {
+  const std::string allowed = fmt::format("a list of 3, each {}", allowed_quantity(measure, any()));
+  const auto components = items(allowed);
+  if (components.size() != 3) fail("must be " + allowed);
+  Vec3 v;
+  for (int i = 0; i < 3; ++i) v[i] = components[i].quantity(measure, any());
+  return v;
+}
+
+std::string SceneValue::one_of(const std::vector<std::string>& names, std::string_view what) const {
+  const std::string start = what.empty() ? "must be " : fmt::format("must be the name of {}: ", what);
+  if (!node_->is_string()) fail(start + allowed_names(names));
+  const std::string& name = node_->as_string()->get();
+  if (std::find(names.begin(), names.end(), name) != names.end()) return name;
+  if (names.empty()) fail(fmt::format("must be the name of {}, but the scene has none", what));
+  fail(start + allowed_names(names) + suggestion(name, names));
+}
+
+std::vector<SceneValue> SceneValue::items(std::string_view allowed) const {
+  const auto* array = node_->as_array();
+  if (!array || array->empty()) fail(fmt::format("must be {}", allowed));
+  std::vector<SceneValue> values;
+  for (std::size_t i = 0; i < array->size(); ++i)
+    values.push_back(SceneValue(*array->get(i), file_, fmt::format("{}[{}]", key_, i + 1), own_name_));
+  return values;
+}
+
+std::vector<SceneValue> SceneValue::tables() const {
+  const std::string allowed = fmt::format("a list of tables, written [[{}]]", own_name_);
+  std::vector<SceneValue> values = items(allowed);
+  if (!node_->is_array_of_tables()) fail("must be " + allowed);
+  return values;
+}
+
+void SceneValue::must_be_table() const {
+  if (!node_->is_table()) fail(fmt::format("must be a table, written [{}]", key_));
+}
+
+std::vector<SceneValue> SceneValue::children() const {
+  must_be_table();
+  std::vector<SceneValue> values;
+  for (const auto& [name, node] : *node_->as_table())
+    values.push_back(SceneValue(node, file_, path_to(name.str()), std::string(name.str())));
+  return values;
+}
+
+std::optional<SceneValue> SceneValue::find(std::string_view child) const {
+  must_be_table();
+  const toml::node* node = node_->as_table()->get(child);
+  if (!node) return std::nullopt;
+  return SceneValue(*node, file_, path_to(child), std::string(child));
+}
+
+}  // namespace trame::micro

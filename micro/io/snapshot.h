@@ -1,0 +1,108 @@
+#pragma once
+/// \file
+/// Saved states: one HDF5 file with the mesh, the scene and every saved increment, all in SI units.
+/// Layout: micro/io/README.md.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "micro/fiber/fiber_mesh.h"
+
+namespace trame::micro {
+
+/// Contact elements of one increment, structure of arrays.
+struct ContactRecord {
+  std::vector<Index> fiber_a, fiber_b;
+  std::vector<double> s_a, s_b;      ///< arc lengths of the particles, m
+  std::vector<Vec3> position;        ///< midpoint, m
+  std::vector<Vec3> normal;          ///< unit, from a to b
+  std::vector<double> gap;           ///< m, negative in penetration
+  std::vector<double> normal_force;  ///< N, ≥ 0
+  std::vector<Vec3> friction_force;  ///< N, on b
+  std::vector<Vec3> slip;            ///< slip since the start of the increment, m
+  std::vector<double> penalty;       ///< N/m
+};
+
+struct BodyRecord {
+  std::vector<Vec3> position;  ///< m
+  std::vector<Mat3> rotation;
+  std::vector<Vec3> force;     ///< external force on the body (reaction or drive), N
+  std::vector<Vec3> moment;    ///< N m
+};
+
+/// Energies since the start of the run, J.
+struct EnergyRecord {
+  double external_work = 0, stored = 0, friction = 0, damping = 0, imbalance = 0;
+};
+
+/// What the solver did for one increment.
+struct SolverRecord {
+  Index n_newton_iterations = 0, n_factorizations = 0, n_geometry_updates = 0, n_cuts = 0;
+  double residual = 0;                     ///< relative, at acceptance
+  double max_penetration_over_radius = 0;
+  double force_imbalance = 0, moment_imbalance = 0;  ///< relative
+  double proximal = 0;                     ///< η, 0: no damping
+  EnergyRecord energy;
+  double seconds = 0;
+};
+
+struct Increment {
+  std::string stage;
+  double stage_time = 0;  ///< 0…1 within its stage
+  FiberConfiguration fibers;
+  ContactRecord contacts;
+  BodyRecord bodies;
+  SolverRecord solver;
+};
+
+/// What does not change between increments.
+struct SnapshotHeader {
+  std::string version;      ///< of the program
+  std::string scene_name;
+  std::string scene_text;   ///< TOML
+  FiberMesh mesh;
+  std::vector<std::string> body_names;
+};
+
+/// Appends increments to a state file. Each increment is on the disk before the file's `n_increments` counts it, and what
+/// is counted is never written to again, so that a crash at any moment leaves every counted increment intact.
+class SnapshotWriter {
+ public:
+  /// Creates the file. Throws InputError where it exists already or cannot be written.
+  SnapshotWriter(const std::filesystem::path& file, const SnapshotHeader& header);
+  ~SnapshotWriter();
+  SnapshotWriter(const SnapshotWriter&) = delete;
+  SnapshotWriter& operator=(const SnapshotWriter&) = delete;
+
+  /// Throws InputError where the file cannot be written (a full disk), std::invalid_argument for arrays of wrong length.
+  void append(const Increment& increment);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads a state file, also while or after a run that was interrupted.
+class SnapshotReader {
+ public:
+  /// Throws InputError for a file that is missing, truncated, foreign or of another layout version.
+  explicit SnapshotReader(const std::filesystem::path& file);
+  ~SnapshotReader();
+  SnapshotReader(const SnapshotReader&) = delete;
+  SnapshotReader& operator=(const SnapshotReader&) = delete;
+
+  [[nodiscard]] const SnapshotHeader& header() const;
+  [[nodiscard]] Index n_increments() const;
+  /// Reads increment i, 0 ≤ i < n_increments(); increment 0 is the reference state. Throws InputError.
+  [[nodiscard]] Increment read(Index i) const;
+  /// Only the node positions and section vectors of increment i.
+  [[nodiscard]] FiberConfiguration read_fibers(Index i) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace trame::micro

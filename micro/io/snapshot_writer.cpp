@@ -1,0 +1,278 @@
+#include <unistd.h>
+
+#include <array>
+#include <map>
+#include <stdexcept>
+
+#include "micro/io/hdf5.h"
+#include "micro/io/snapshot.h"
+#include "micro/io/snapshot_layout.h"
+
+namespace trame::micro {
+namespace {
+
+using hdf5::Dims;
+using hdf5::Element;
+using hdf5::Handle;
+using hdf5::StateFile;
+
+// ---- written once -------------------------------------------------------------------------------------------------
+
+void set_attribute(hid_t object, const char* key, const std::string& value) {
+  const Handle type = hdf5::string_type(), space(H5Screate(H5S_SCALAR));
+  const Handle attribute(H5Acreate2(object, key, type, space, H5P_DEFAULT, H5P_DEFAULT));
+  const char* text = value.c_str();
+  if (H5Awrite(attribute, type, &text) < 0) throw std::runtime_error(fmt::format("attribute {} not written", key));
+}
+
+void set_attribute(hid_t object, const char* key, Index value) {
+  const Handle space(H5Screate(H5S_SCALAR));
+  const Handle attribute(H5Acreate2(object, key, H5T_STD_I32LE, space, H5P_DEFAULT, H5P_DEFAULT));
+  H5Awrite(attribute, H5T_NATIVE_INT32, &value);
+}
+
+Handle link_properties() {
+  Handle properties(H5Pcreate(H5P_LINK_CREATE));
+  H5Pset_create_intermediate_group(properties, 1);
+  return properties;
+}
+
+template <class T>
+void write_array(const StateFile& states, const std::string& path, const char* unit, const std::vector<T>& values) {
+  using Scalar = typename Element<T>::Scalar;
+  const Handle space = hdf5::space_of({values.size()});
+  const Handle set(H5Dcreate2(states.file, path.c_str(), hdf5::file_type<Scalar>(), space, link_properties(),
+                              H5P_DEFAULT, H5P_DEFAULT));
+  states.require(set.valid() && H5Dwrite(set, hdf5::memory_type<Scalar>(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                                         hdf5::pack(values).data()) >= 0,
+                 fmt::format("cannot write {}; is the disk full?", path));
+  set_attribute(set, "unit", unit);
+}
+
+void write_texts(const StateFile& states, const std::string& path, const std::vector<std::string>& values) {
+  const Handle type = hdf5::string_type(), space = hdf5::space_of({values.size()});
+  const Handle set(H5Dcreate2(states.file, path.c_str(), type, space, link_properties(), H5P_DEFAULT, H5P_DEFAULT));
+  std::vector<const char*> texts;
+  for (const std::string& value : values) texts.push_back(value.c_str());
+  states.require(set.valid() && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()) >= 0,
+                 fmt::format("cannot write {}; is the disk full?", path));
+}
+
+void write_header(const StateFile& states, const SnapshotHeader& header) {
+  set_attribute(states.file, "layout", layout::name);
+  set_attribute(states.file, "layout_version", layout::version);
+  set_attribute(states.file, "version", header.version);
+  write_texts(states, "scene/name", {header.scene_name});
+  write_texts(states, "scene/text", {header.scene_text});
+  write_texts(states, "bodies/name", header.body_names);
+  const FiberMesh& mesh = header.mesh;
+  write_array(states, "mesh/first_node", "1", mesh.first_node);
+  write_array(states, "mesh/radius", "m", mesh.radius);
+  write_array(states, "mesh/axial_stiffness", "N", mesh.axial_stiffness);
+  write_array(states, "mesh/yarn_of_fiber", "1", mesh.yarn_of_fiber);
+  write_array(states, "mesh/arc_length", "m", mesh.arc_length);
+  std::vector<std::string> names;
+  std::vector<std::uint8_t> families;
+  std::vector<Index> first_fibers, n_fibers;
+  for (const Yarn& yarn : mesh.yarns) {
+    names.push_back(yarn.name);
+    families.push_back(static_cast<std::uint8_t>(yarn.family));
+    first_fibers.push_back(yarn.first_fiber);
+    n_fibers.push_back(yarn.n_fibers);
+  }
+  write_texts(states, "yarns/name", names);
+  write_array(states, "yarns/family", "1", families);
+  write_array(states, "yarns/first_fiber", "1", first_fibers);
+  write_array(states, "yarns/n_fibers", "1", n_fibers);
+}
+
+// ---- grows with the run -------------------------------------------------------------------------------------------
+
+constexpr hsize_t max_chunk_rows = 65536;
+constexpr hsize_t contact_chunk_rows = 16384;
+constexpr hsize_t page_size = 4096;
+constexpr hsize_t scalar_chunk_rows = 256;
+
+hsize_t chunk_rows(hsize_t rows) {
+  const hsize_t n_chunks = (rows + max_chunk_rows - 1) / max_chunk_rows;
+  return (rows + n_chunks - 1) / n_chunks;
+}
+
+/// Creates the growing datasets, all empty, and the count of increments.
+struct Creator {
+  const StateFile& states;
+
+  void create(const std::string& path, hid_t type, Dims dims, const Dims& chunk, bool filtered, const char* unit) {
+    Dims max = dims;
+    max[0] = H5S_UNLIMITED;
+    const Handle space(H5Screate_simple(int(dims.size()), dims.data(), max.data()));
+    const Handle properties(H5Pcreate(H5P_DATASET_CREATE));
+    H5Pset_chunk(properties, int(chunk.size()), chunk.data());
+    if (filtered) {
+      H5Pset_shuffle(properties);
+      H5Pset_deflate(properties, 1);
+      H5Pset_fletcher32(properties);  // damaged data are an error on reading, not wrong numbers
+    }
+    const Handle set(H5Dcreate2(states.file, path.c_str(), type, space, link_properties(), properties, H5P_DEFAULT));
+    states.require(set.valid(), fmt::format("cannot create {}", path));
+    set_attribute(set, "unit", unit);
+  }
+  template <class T>
+  void fixed(const std::string& path, const char* unit, const std::vector<T>&, std::size_t rows) {
+    if (rows == 0) return;
+    Dims dims = {0, rows}, chunk = {1, chunk_rows(rows)};
+    for (hsize_t n : Element<T>::dims()) dims.push_back(n), chunk.push_back(n);
+    create(path, hdf5::file_type<typename Element<T>::Scalar>(), dims, chunk, true, unit);
+  }
+  template <class T>
+  void ragged(const std::string& path, const char* unit, const std::vector<T>&, bool single) {
+    Dims dims = {0}, chunk = {contact_chunk_rows};
+    for (hsize_t n : Element<T>::dims()) dims.push_back(n), chunk.push_back(n);
+    create(path, hdf5::file_type<typename Element<T>::Scalar>(single), dims, chunk, true, unit);
+  }
+  template <class T>
+  void scalar(const std::string& path, const char* unit, const T&) {
+    create(path, hdf5::file_type<T>(), {0}, {scalar_chunk_rows}, false, unit);
+  }
+  void label(const std::string& path, const std::string&) {
+    create(path, hdf5::string_type(layout::max_stage_bytes), {0}, {scalar_chunk_rows}, false, "1");
+  }
+  void count() {
+    const Handle properties(H5Pcreate(H5P_DATASET_CREATE)), space(H5Screate(H5S_SCALAR));
+    H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY);
+    const Handle set(
+        H5Dcreate2(states.file, "n_increments", H5T_STD_U64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT));
+    const std::uint64_t zero = 0;
+    states.require(H5Dwrite(set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &zero) >= 0, "cannot write");
+  }
+};
+
+/// Writes entry `i` of every growing dataset; contact elements go to rows `first_contact …` of theirs.
+struct Appender {
+  const StateFile& states;
+  std::map<std::string, Handle>& open_sets;
+  hsize_t i;
+  hsize_t first_contact;
+
+  void write(const std::string& path, hid_t type, const Dims& start, const Dims& count, const void* values) {
+    Handle& set = open_sets[path];
+    if (!set.valid()) set = Handle(H5Dopen2(states.file, path.c_str(), H5P_DEFAULT));
+    Dims size = hdf5::extent(set);
+    size[0] = start[0] + count[0];
+    const bool grown = H5Dset_extent(set, size.data()) >= 0;
+    const Handle space = hdf5::select(set, start, count), memory = hdf5::space_of(count);
+    states.require(grown && space.valid() && H5Dwrite(set, type, memory, space, H5P_DEFAULT, values) >= 0,
+                   fmt::format("cannot write {} of increment {}; is the disk full?", path, i));
+  }
+  template <class T>
+  void fixed(const std::string& path, const char*, const std::vector<T>& values, std::size_t rows) {
+    if (values.size() != rows)
+      throw std::invalid_argument(fmt::format("{} values for {} in {}", values.size(), rows, path));
+    if (rows == 0) return;
+    Dims start = {i, 0}, count = {1, rows};
+    for (hsize_t n : Element<T>::dims()) start.push_back(0), count.push_back(n);
+    write(path, hdf5::memory_type<typename Element<T>::Scalar>(), start, count, hdf5::pack(values).data());
+  }
+  template <class T>
+  void ragged(const std::string& path, const char*, const std::vector<T>& values, bool) {
+    if (values.empty()) return;
+    Dims start = {first_contact}, count = {values.size()};
+    for (hsize_t n : Element<T>::dims()) start.push_back(0), count.push_back(n);
+    write(path, hdf5::memory_type<typename Element<T>::Scalar>(), start, count, hdf5::pack(values).data());
+  }
+  template <class T>
+  void scalar(const std::string& path, const char*, const T& value) {
+    write(path, hdf5::memory_type<T>(), {i}, {1}, &value);
+  }
+  void label(const std::string& path, const std::string& value) {
+    states.require(value.size() <= layout::max_stage_bytes,
+                   fmt::format("{} \"{}\" is longer than {} bytes", path, value, layout::max_stage_bytes));
+    std::array<char, layout::max_stage_bytes> text{};
+    std::copy(value.begin(), value.end(), text.begin());
+    write(path, hdf5::string_type(layout::max_stage_bytes), {i}, {1}, text.data());
+  }
+};
+
+/// Throws where the arrays of a record differ in length.
+struct EqualLengths {
+  std::size_t length;
+  template <class T>
+  void ragged(const std::string& path, const char*, const std::vector<T>& values, bool) const {
+    if (values.size() != length)
+      throw std::invalid_argument(fmt::format("{} values for {} contacts in {}", values.size(), length, path));
+  }
+};
+
+/// Version 1.10 objects: what single-writer/multiple-reader access needs.
+Handle access_properties() {
+  Handle properties(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_libver_bounds(properties, H5F_LIBVER_V110, H5F_LIBVER_V110);
+  return properties;
+}
+
+}  // namespace
+
+struct SnapshotWriter::Impl {
+  StateFile states;
+  std::map<std::string, Handle> open_sets;
+  Handle count_set;
+  std::size_t n_nodes = 0, n_bodies = 0;
+  std::uint64_t n_increments = 0, next_contact = 0;
+
+  /// Hands what is written to the disk, not only to the system.
+  void sync() const {
+    int* descriptor = nullptr;
+    if (H5Fget_vfd_handle(states.file, H5P_DEFAULT, reinterpret_cast<void**>(&descriptor)) >= 0) fdatasync(*descriptor);
+  }
+};
+
+SnapshotWriter::SnapshotWriter(const std::filesystem::path& file, const SnapshotHeader& header)
+    : impl_(std::make_unique<Impl>()) {
+  const hdf5::Quiet quiet;
+  StateFile& states = impl_->states;
+  states.name = file.string();
+  states.require(!std::filesystem::exists(file), "exists already; remove it or choose another name");
+  const Handle creation(H5Pcreate(H5P_FILE_CREATE));
+  // No piece of the library's bookkeeping crosses a page boundary, the only place where a killed write can end half way.
+  H5Pset_file_space_strategy(creation, H5F_FSPACE_STRATEGY_PAGE, 0, 1);
+  H5Pset_file_space_page_size(creation, page_size);
+  states.file = Handle(H5Fcreate(file.c_str(), H5F_ACC_EXCL, creation, access_properties()));
+  states.require(states.file.valid(), "cannot be created; does its folder exist and may it be written to?");
+  impl_->n_nodes = static_cast<std::size_t>(header.mesh.n_nodes());
+  impl_->n_bodies = header.body_names.size();
+  write_header(states, header);
+  Creator creator{states};
+  layout::visit_increment(static_cast<const Increment&>(Increment{}), impl_->n_nodes, impl_->n_bodies, creator);
+  layout::visit_contact_rows(static_cast<const layout::ContactRows&>(layout::ContactRows{}), creator);
+  creator.count();
+  // From here on the library orders its writes so that the file is readable at any moment: an interrupted run leaves a
+  // file that is merely marked as open for writing.
+  states.file = Handle();
+  states.file = Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_properties()));
+  states.require(states.file.valid(), "cannot be reopened for writing");
+  impl_->count_set = Handle(H5Dopen2(states.file, "n_increments", H5P_DEFAULT));
+}
+
+SnapshotWriter::~SnapshotWriter() = default;
+
+void SnapshotWriter::append(const Increment& increment) {
+  const hdf5::Quiet quiet;
+  Impl& impl = *impl_;
+  const layout::ContactRows rows{impl.next_contact, increment.contacts.fiber_a.size()};
+  const EqualLengths equal_lengths{rows.count};
+  layout::visit_contacts(increment.contacts, equal_lengths);
+  Appender appender{impl.states, impl.open_sets, impl.n_increments, rows.first};
+  layout::visit_increment(increment, impl.n_nodes, impl.n_bodies, appender);
+  layout::visit_contact_rows(rows, appender);
+  impl.states.require(H5Fflush(impl.states.file, H5F_SCOPE_LOCAL) >= 0, "cannot be written to; is the disk full?");
+  impl.sync();
+  // Whole chunks for each increment: what is on disk is never compressed anew.
+  impl.next_contact += (rows.count + contact_chunk_rows - 1) / contact_chunk_rows * contact_chunk_rows;
+  const std::uint64_t n = ++impl.n_increments;
+  impl.states.require(H5Dwrite(impl.count_set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &n) >= 0 &&
+                          H5Dflush(impl.count_set) >= 0,
+                      "cannot be written to; is the disk full?");
+  impl.sync();
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,279 @@
+#include "micro/model.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "micro/core/error.h"
+#include "micro/core/wildcard.h"
+#include "micro/fiber/enriched_beam.h"
+#include "micro/fiber/rod.h"
+
+namespace trame::micro {
+
+Scales natural_scales(const Scene& scene) {
+  Scales scales{0, 0};
+  for (const FiberType& t : scene.fiber_types) scales.length += t.radius / static_cast<double>(scene.fiber_types.size());
+  for (const Material& m : scene.materials) scales.stress = std::max(scales.stress, m.young_modulus_axial);
+  return scales;
+}
+
+Scene nondimensional(const Scene& scene, const Scales& scales) {
+  Scene s = scene;
+  const double length = scales.length;
+  for (Material& m : s.materials)
+    for (double* modulus : {&m.young_modulus_axial, &m.young_modulus_transverse, &m.shear_modulus_axial})
+      *modulus /= scales.stress;
+  for (FiberType& t : s.fiber_types) t.radius /= length;
+  for (FiberSpec& f : s.fibers)
+    for (Vec3& p : f.points) p /= length;
+  for (BundleSpec& b : s.bundles)
+    for (Vec3& p : b.points) p /= length;
+  if (s.weave)
+    for (YarnSystem* y : {&s.weave->warp, &s.weave->weft}) {
+      y->yarn_spacing /= length;
+      y->margin /= length;
+    }
+  for (BodySpec& b : s.bodies) b.position /= length;
+  for (Stage& stage : s.stages)
+    for (Drive& d : stage.drives) {
+      const bool translation = d.dof <= BodyDof::z;
+      if (d.mode == DriveMode::force) d.value /= scales.force() * (translation ? 1 : length);
+      if (d.mode == DriveMode::displacement && translation) d.value /= length;
+    }
+  return s;
+}
+
+std::vector<FiberModel> models_in_stage(const Scene& scene, const Assembly& assembly, const Stage& stage) {
+  std::vector<FiberModel> models;
+  for (const Index type : assembly.type_of_fiber)
+    models.push_back(stage.fiber_model.value_or(scene.fiber_types[type].model));
+  return models;
+}
+
+std::vector<YarnCrossing> ordered_crossings(const Assembly& assembly) {
+  std::vector<YarnCrossing> crossings;
+  for (const WeaveCrossing& c : assembly.crossings)
+    crossings.push_back(c.warp_above ? YarnCrossing{c.warp_yarn, c.weft_yarn} : YarnCrossing{c.weft_yarn, c.warp_yarn});
+  return crossings;
+}
+
+namespace {
+
+/// Stiffness of ties and followers over that of a fiber element: their compliance stays below what is reported.
+constexpr double tie_stiffness = 1e3;
+
+const Material& material_of(const Scene& scene, const Assembly& assembly, Index fiber) {
+  return scene.materials[scene.fiber_types[assembly.type_of_fiber[fiber]].material];
+}
+
+std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly) {
+  std::vector<Material> materials;
+  for (Index f = 0; f < assembly.mesh.n_fibers(); ++f) materials.push_back(material_of(scene, assembly, f));
+  return materials;
+}
+
+}  // namespace
+
+StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried)
+    : bodies(static_cast<Index>(assembly.body_names.size()), layout),
+      field(assembly.mesh, models_in_stage(scene, assembly, stage), layout), assembly_(assembly) {
+  start.q.assign(layout.n_vectors(), Vec3::Zero());
+  start.rotations.resize(bodies.n_bodies());
+  field.read_configuration(carried.configuration, start);
+  for (Index b = 0; b < bodies.n_bodies(); ++b) bodies.set_pose(start, b, carried.poses[b]);
+  resolve_drives(scene, assembly, stage, carried);
+  add_fibers(scene, assembly);
+  add_contact(scene, assembly, stage, carried);
+  add_bodies(assembly, carried);
+  if (stage.proximal_start > 0) {
+    double stiffness = 0;  // mean E A / L
+    for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
+      stiffness += assembly.mesh.axial_stiffness[f] / assembly.mesh.length(f) / assembly.mesh.n_fibers();
+    auto effect = std::make_unique<Proximal>(layout, bodies.n_bodies(), stage.proximal_start * stiffness,
+                                             stage.proximal_end * stiffness);
+    proximal = effect.get();
+    effects.push_back(std::move(effect));
+  }
+}
+
+void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage,
+                                const Carried& carried) {
+  drives.assign(6 * bodies.n_bodies(), {});
+  double stiffness = 0;
+  for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
+    stiffness += tie_stiffness * assembly.mesh.axial_stiffness[f] / field.element_length(f) / bodies.n_bodies();
+  const auto index_of = [&](const std::string& name) {
+    return static_cast<Index>(std::find(assembly.body_names.begin(), assembly.body_names.end(), name) -
+                              assembly.body_names.begin());
+  };
+  for (const Drive& d : stage.drives) {
+    const Index leader = d.mode == DriveMode::follow ? index_of(d.leader) : 0;
+    for (Index b = 0; b < bodies.n_bodies(); ++b) {
+      if (!matches(d.bodies, assembly.body_names[b])) continue;
+      DofDrive& drive = drives[bodies.dof(b, d.dof)];
+      const int axis = static_cast<int>(d.dof);
+      switch (d.mode) {
+        case DriveMode::displacement: drive = {DofDrive::Kind::displacement, d.value}; break;
+        case DriveMode::force: drive = {DofDrive::Kind::force, d.value}; break;
+        case DriveMode::strain:
+          drive = {DofDrive::Kind::displacement, d.value * carried.poses[b].position[axis]};
+          break;
+        case DriveMode::follow:
+          if (axis > 2)
+            throw InputError(fmt::format("{}: stage {}: follow drives x, y or z, not a rotation", scene.name, stage.name));
+          drive = {DofDrive::Kind::follow, 0};
+          follow_terms_.push_back({b, leader, axis, carried.poses[leader], carried.poses[b].position, stiffness});
+          break;
+      }
+    }
+  }
+}
+
+void StageModel::add_fibers(const Scene& scene, const Assembly& assembly) {
+  bool any_enriched = false, any_rod = false;
+  for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
+    (field.model(f) == FiberModel::enriched ? any_enriched : any_rod) = true;
+  const std::vector<Material> materials = fiber_materials(scene, assembly);
+  if (any_enriched)
+    effects.push_back(std::make_unique<EnrichedBeams>(field, materials, assembly.configuration, scene.twist_stretch));
+  if (any_rod) effects.push_back(std::make_unique<Rods>(field, materials));
+}
+
+void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried) {
+  const ContactSettings& c = scene.contact;
+  if (c.scope != ContactScope::none) {
+    ContactLaw law;
+    law.search.spacing = c.spacing;
+    law.search.search_margin = c.search_margin;
+    law.search.self_contact = c.self_contact;
+    law.penalty = c.penalty;
+    law.target_penetration = c.target_penetration;
+    law.adapt_penalty = c.adapt_penalty;
+    law.friction = c.friction && stage.friction;
+    law.friction_coefficient = c.friction_coefficient;
+    law.reversible_slip = c.reversible_slip;
+    const FiberMesh& mesh = assembly.mesh;
+    const bool between_yarns = c.scope == ContactScope::between_yarns, separates = stage.separate_yarns;
+    if (between_yarns || separates)
+      law.search.wanted = [&mesh, between_yarns, separates](Index a, Index b) {
+        const Index yarn_a = mesh.yarn_of_fiber[a], yarn_b = mesh.yarn_of_fiber[b];
+        if (between_yarns && yarn_a == yarn_b) return false;
+        // While the crossing order separates warp from weft, their vertical normals are its own.
+        return !separates || mesh.yarns[yarn_a].family == mesh.yarns[yarn_b].family;
+      };
+    std::vector<double> modulus;
+    for (const Material& m : fiber_materials(scene, assembly)) modulus.push_back(m.young_modulus_transverse);
+    auto effect = std::make_unique<Contact>(field, law, std::move(modulus));
+    effect->set_history(carried.contact_history);
+    contact = effect.get();
+    effects.push_back(std::move(effect));
+  }
+  if (stage.separate_yarns) {
+    const double reach = 2.0;  // R_a + R_b in units of the mean radius
+    auto effect = std::make_unique<CrossingOrder>(field, ordered_crossings(assembly), -assembly.flat_height / reach,
+                                                  c.penalty * reach, c.target_penetration);
+    crossing_order = effect.get();
+    effects.push_back(std::move(effect));
+  }
+}
+
+void StageModel::add_bodies(const Assembly& assembly, const Carried& carried) {
+  if (bodies.n_bodies() == 0) return;
+  std::vector<TieTerm> terms;
+  // Averages by body and end, in the order of the ties.
+  std::vector<std::pair<std::pair<Index, FiberEnd>, TieTerm>> averages;
+  const FiberMesh& mesh = assembly.mesh;
+  for (const EndTie& tie : assembly.ties) {
+    const bool at_start = tie.end == FiberEnd::start;
+    const Index mesh_node = at_start ? mesh.first_node[tie.fiber] : mesh.first_node[tie.fiber + 1] - 1;
+    const Index node = at_start ? field.element_node(tie.fiber, 0) : field.last_node(tie.fiber);
+    const double stiffness = tie_stiffness * mesh.axial_stiffness[tie.fiber] / field.element_length(tie.fiber);
+    const double radius = mesh.radius[tie.fiber];
+    // References come from the stress-free layout, in which bodies stand unturned at their first positions.
+    const FiberConfiguration& reference = assembly.configuration;
+    const Vec3 x = reference.r[mesh_node] - assembly.body_positions[tie.body], axis = reference.tangent[mesh_node];
+    TieTerm point{tie.body, {{node, 0}}, true, x, Mat3::Identity(), stiffness};
+    if (tie.kind == TieKind::average) {
+      point.projector = axis * axis.transpose();
+      const auto key = std::make_pair(tie.body, tie.end);
+      auto found = std::find_if(averages.begin(), averages.end(), [&](const auto& a) { return a.first == key; });
+      if (found == averages.end()) {
+        averages.push_back({key, {tie.body, {}, true, Vec3::Zero(), Mat3::Identity() - point.projector, stiffness}});
+        found = averages.end() - 1;
+      }
+      found->second.members.emplace_back(node, 0);
+      found->second.reference += x;
+    }
+    terms.push_back(point);
+    const auto add_direction = [&](int vector, const Vec3& direction) {
+      terms.push_back({tie.body, {{node, vector}}, false, direction, Mat3::Identity(), stiffness * radius * radius});
+    };
+    if (field.model(tie.fiber) == FiberModel::enriched) {
+      add_direction(1, reference.g1[mesh_node]);
+      add_direction(2, reference.g2[mesh_node]);
+    } else {
+      add_direction(1, axis);
+    }
+  }
+  for (auto& [key, term] : averages) {
+    term.reference /= static_cast<double>(term.members.size());
+    terms.push_back(std::move(term));
+  }
+  auto tie_effect = std::make_unique<Ties>(layout, bodies, std::move(terms));
+  ties = tie_effect.get();
+  effects.push_back(std::move(tie_effect));
+  if (!follow_terms_.empty()) {
+    auto effect = std::make_unique<Follow>(bodies, std::move(follow_terms_));
+    follow = effect.get();
+    effects.push_back(std::move(effect));
+  }
+  std::vector<LoadTerm> loads;
+  for (Index i = 0; i < static_cast<Index>(drives.size()); ++i)
+    if (drives[i].kind == DofDrive::Kind::force)
+      loads.push_back({i / 6, static_cast<BodyDof>(i % 6), carried.body_forces[i], drives[i].value});
+  if (!loads.empty()) effects.push_back(std::make_unique<BodyLoads>(bodies, std::move(loads)));
+}
+
+PrescribedMotion StageModel::motion(const State& state, double from, double to) const {
+  PrescribedMotion m;
+  m.fixed.assign(layout.n_dofs(), 0);
+  m.motion.assign(layout.n_dofs(), 0);
+  for (Index i = 0; i < static_cast<Index>(drives.size()); ++i) {
+    const DofDrive& drive = drives[i];
+    if (drive.kind == DofDrive::Kind::force || drive.kind == DofDrive::Kind::follow) continue;
+    m.fixed[i] = 1;
+    const Index body = i / 6;
+    const int axis = i % 6;
+    // Positions aim at their place at the end of the step, so that errors do not add up; rotations advance by their share.
+    if (axis < 3)
+      m.motion[i] = bodies.pose(start, body).position[axis] + to * drive.value - bodies.pose(state, body).position[axis];
+    else
+      m.motion[i] = (to - from) * drive.value;
+  }
+  return m;
+}
+
+std::pair<Vec3, Vec3> StageModel::pull(const State& state, Index body) const {
+  auto [force, moment] = ties ? ties->pull(state, body) : std::pair<Vec3, Vec3>(Vec3::Zero(), Vec3::Zero());
+  if (follow) {
+    const auto [f, m] = follow->pull(state, body);
+    force += f;
+    moment += m;
+  }
+  return {force, moment};
+}
+
+std::string StageModel::describe_dof(Index dof) const {
+  if (dof < 6 * bodies.n_bodies()) return "body " + assembly_.body_names[dof / 6];
+  for (Index f = 0; f < assembly_.mesh.n_fibers(); ++f) {
+    const Index first = layout.first_dof(field.element_node(f, 0)), last = layout.first_dof(field.last_node(f) + 1);
+    if (dof < first || dof >= last) continue;
+    const double share = static_cast<double>(dof - first) / (last - first);
+    return fmt::format("fiber {} of yarn {} at {:.0f} % of its length", f,
+                       assembly_.mesh.yarns[assembly_.mesh.yarn_of_fiber[f]].name, 100 * share);
+  }
+  return "an unknown place";
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,81 @@
+#pragma once
+/// \file
+/// A stage of a scene as a system of effects. Only what the stage calls for is built.
+
+#include <memory>
+#include <vector>
+
+#include "micro/contact/contact.h"
+#include "micro/rigid/rigid_body.h"
+#include "micro/solve/load_path.h"
+#include "micro/solve/proximal.h"
+#include "micro/weave/crossing_order.h"
+#include "micro/weave/flat_start.h"
+
+namespace trame::micro {
+
+/// Units of the computation: the mean fiber radius and the largest axial modulus of the scene, so that everything inside is of order 1.
+struct Scales {
+  double length = 1;  ///< m
+  double stress = 1;  ///< Pa
+  [[nodiscard]] double force() const { return stress * length * length; }
+  [[nodiscard]] double energy() const { return force() * length; }
+};
+[[nodiscard]] Scales natural_scales(const Scene& scene);
+/// The scene in its natural units.
+[[nodiscard]] Scene nondimensional(const Scene& scene, const Scales& scales);
+
+/// What passes from stage to stage.
+struct Carried {
+  FiberConfiguration configuration;
+  std::vector<Pose> poses;
+  std::vector<double> body_forces;   ///< external force on each of the 6 dofs of each body
+  std::vector<ContactHistory> contact_history;
+};
+
+/// How a dof of a body is driven through a stage.
+struct DofDrive {
+  enum class Kind : std::uint8_t { held, displacement, force, follow } kind = Kind::held;
+  double value = 0;                  ///< displacement or force reached at the stage's end
+};
+
+/// The equations of one stage.
+struct StageModel {
+  StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried);
+  StageModel(const StageModel&) = delete;
+  StageModel& operator=(const StageModel&) = delete;
+
+  [[nodiscard]] PrescribedMotion motion(const State& state, double from, double to) const;
+  /// Force with which each body pulls at its fibers and followers.
+  [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;
+  [[nodiscard]] std::string describe_dof(Index dof) const;
+
+  Layout layout;
+  RigidBodies bodies;
+  FiberField field;
+  State start;
+  std::vector<DofDrive> drives;      ///< 6 per body
+  Effects effects;
+  // The effects that others ask; null where the stage does not call for them.
+  Contact* contact = nullptr;
+  CrossingOrder* crossing_order = nullptr;
+  Proximal* proximal = nullptr;
+  Ties* ties = nullptr;
+  Follow* follow = nullptr;
+
+ private:
+  void resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried);
+  void add_fibers(const Scene& scene, const Assembly& assembly);
+  void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried);
+  void add_bodies(const Assembly& assembly, const Carried& carried);
+
+  const Assembly& assembly_;
+  std::vector<FollowTerm> follow_terms_;
+};
+
+/// Fiber model of each fiber in a stage.
+[[nodiscard]] std::vector<FiberModel> models_in_stage(const Scene& scene, const Assembly& assembly, const Stage& stage);
+/// Yarn crossings as upper over lower.
+[[nodiscard]] std::vector<YarnCrossing> ordered_crossings(const Assembly& assembly);
+
+}  // namespace trame::micro

@@ -1,0 +1,101 @@
+#include "micro/record.h"
+
+#include <Eigen/Geometry>
+
+namespace trame::micro {
+
+FiberConfiguration dimensional(const FiberConfiguration& configuration, const Scales& scales) {
+  FiberConfiguration c = configuration;
+  for (Vec3& r : c.r) r *= scales.length;
+  return c;
+}
+
+FiberMesh dimensional(const FiberMesh& mesh, const Scales& scales) {
+  FiberMesh m = mesh;
+  for (double& r : m.radius) r *= scales.length;
+  for (double& s : m.arc_length) s *= scales.length;
+  for (double& ea : m.axial_stiffness) ea *= scales.force();
+  return m;
+}
+
+ContactRecord record_contacts(const StageModel& model, const State& state, const Scales& scales) {
+  ContactRecord record;
+  if (!model.contact) return record;
+  for (const ContactElement& e : model.contact->elements()) {
+    const Vec3 a = e.a.evaluate(model.layout, state), b = e.b.evaluate(model.layout, state);
+    const double gap = e.gap(b - a);
+    record.fiber_a.push_back(e.fiber_a);
+    record.fiber_b.push_back(e.fiber_b);
+    record.s_a.push_back(e.s_a * scales.length);
+    record.s_b.push_back(e.s_b * scales.length);
+    record.position.push_back(0.5 * (a + b) * scales.length);
+    record.normal.push_back(e.normal);
+    record.gap.push_back(gap * scales.length);
+    record.normal_force.push_back(penalty_force(gap, e.penalty, model.contact->regularisation(e)) * scales.force());
+    record.friction_force.push_back(-friction(e, b - a).force * scales.force());
+    record.slip.push_back(e.tangential(b - a - e.x_start) * scales.length);
+    record.penalty.push_back(e.penalty * scales.force() / scales.length);
+  }
+  return record;
+}
+
+BodyRecord record_bodies(const StageModel& model, const State& state, const Scales& scales) {
+  BodyRecord record;
+  for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
+    const Pose pose = model.bodies.pose(state, b);
+    const auto [force, moment] = model.pull(state, b);
+    record.position.push_back(pose.position * scales.length);
+    record.rotation.push_back(pose.rotation);
+    record.force.push_back(force * scales.force());
+    record.moment.push_back(moment * scales.energy());
+  }
+  return record;
+}
+
+std::vector<double> body_forces(const StageModel& model, const State& state) {
+  std::vector<double> forces;
+  for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
+    const auto [force, moment] = model.pull(state, b);
+    for (const Vec3& v : {force, moment}) forces.insert(forces.end(), v.data(), v.data() + 3);
+  }
+  return forces;
+}
+
+double moment_imbalance(const StageModel& model, const State& state) {
+  if (!model.ties) return 0;
+  Vec3 sum = Vec3::Zero();
+  double magnitude = 0;
+  for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
+    const auto [force, moment] = model.ties->pull(state, b);
+    const Vec3 lever = model.bodies.pose(state, b).position.cross(force);
+    sum += lever + moment;
+    magnitude += lever.norm() + moment.norm();
+  }
+  return magnitude > 0 ? sum.norm() / magnitude : 0;
+}
+
+double external_work(const StageModel& model, const State& from, const State& to,
+                     const std::vector<double>& forces_from, const std::vector<double>& forces_to) {
+  double work = 0;
+  for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
+    const Pose p = model.bodies.pose(from, b), q = model.bodies.pose(to, b);
+    const Eigen::AngleAxisd turn(q.rotation * p.rotation.transpose());
+    const Vec3 motion = q.position - p.position, rotation = turn.angle() * turn.axis();
+    for (int d = 0; d < 6; ++d) {
+      const Index i = 6 * b + d;
+      // What moves a follower is its leader, inside the system.
+      if (model.drives[i].kind == DofDrive::Kind::follow) continue;
+      work += 0.5 * (forces_from[i] + forces_to[i]) * (d < 3 ? motion[d] : rotation[d - 3]);
+    }
+  }
+  return work;
+}
+
+double stored_energy(const StageModel& model, const State& state) {
+  double sum = 0;
+  for (const auto& effect : model.effects)
+    if (effect.get() != model.proximal && effect->name() != "body loads") sum += effect->energy(state);
+  return sum;
+}
+
+}  // namespace trame::micro

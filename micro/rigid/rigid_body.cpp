@@ -1,0 +1,186 @@
+#include "micro/rigid/rigid_body.h"
+
+namespace trame::micro {
+
+namespace {
+
+/// Adds a 3 × 3 matrix to the block of vectors (v of node i, w of node j); the half below the diagonal is what counts.
+void add_vector_block(Index i, int v, Index j, int w, const Mat3& m, Assembler& assembler) {
+  if (i < j) {
+    add_vector_block(j, w, i, v, m.transpose(), assembler);
+    return;
+  }
+  if (!assembler.owns(j)) return;
+  const auto block = assembler.block(i, j);
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) block.data[static_cast<std::size_t>(3 * w + c) * block.stride + 3 * v + r] += m(r, c);
+}
+
+/// Tangent contributions of one pair of vectors, both halves of a diagonal node block included.
+void add_pair(Index i, int v, Index j, int w, const Mat3& m, Assembler& assembler) {
+  add_vector_block(i, v, j, w, m, assembler);
+  if (i == j && v != w) add_vector_block(j, w, i, v, m.transpose(), assembler);
+}
+
+/// Hessian at δθ = 0 of e·(exp(δθ) Y) for a fixed e.
+Mat3 rotation_hessian(const Vec3& e, const Vec3& arm) {
+  return 0.5 * (e * arm.transpose() + arm * e.transpose()) - e.dot(arm) * Mat3::Identity();
+}
+
+}  // namespace
+
+RigidBodies::RigidBodies(Index n_bodies, Layout& layout) : n_bodies_(n_bodies) {
+  assert(layout.n_nodes() == 0);
+  for (Index b = 0; b < n_bodies; ++b) {
+    const Index n = layout.add_node(2);
+    layout.add_rotation(layout.first_vector(n) + 1);
+  }
+}
+
+Ties::Ties(const Layout& layout, const RigidBodies& bodies, std::vector<TieTerm> terms)
+    : layout_(layout), bodies_(bodies), terms_(std::move(terms)), frozen_rotation_(bodies.n_bodies(), Mat3::Identity()) {}
+
+void Ties::begin_step(const State& start, double) {
+  for (Index b = 0; b < bodies_.n_bodies(); ++b) frozen_rotation_[b] = bodies_.pose(start, b).rotation;
+}
+
+Ties::Deviation Ties::deviation(const State& state, const TieTerm& term) const {
+  const Pose pose = bodies_.pose(state, term.body);
+  Deviation d;
+  d.arm = pose.rotation * term.reference;
+  const Mat3& r = frozen_rotation_[term.body];
+  d.projector = r * term.projector * r.transpose();
+  Vec3 mean = Vec3::Zero();
+  for (const auto& [node, v] : term.members) mean += state.q[layout_.first_vector(node) + v];
+  mean /= static_cast<double>(term.members.size());
+  d.e = d.projector * (mean - d.arm - (term.is_point ? pose.position : Vec3::Zero()));
+  return d;
+}
+
+void Ties::announce(Pattern::Builder& builder) const {
+  std::vector<Index> nodes;
+  for (const TieTerm& term : terms_) {
+    nodes.assign(1, bodies_.node(term.body));
+    for (const auto& [node, v] : term.members) nodes.push_back(node);
+    builder.add_clique(nodes);
+  }
+}
+
+double Ties::energy(const State& state) const {
+  double sum = 0;
+  for (const TieTerm& term : terms_)
+    sum += 0.5 * term.stiffness * static_cast<double>(term.members.size()) * deviation(state, term).e.squaredNorm();
+  return sum;
+}
+
+void Ties::add(const State& state, Assembler& assembler) const {
+  for (const TieTerm& term : terms_) {
+    const auto n = static_cast<double>(term.members.size());
+    const double k = term.stiffness * n;
+    const Deviation d = deviation(state, term);
+    const Vec3 f = k * d.e;  // by the mean; P is a projector, so P e = e
+    const Index body = bodies_.node(term.body);
+    for (const auto& [node, v] : term.members) assembler.add_force(node, v, f / n);
+    if (term.is_point) assembler.add_force(body, 0, -f);
+    assembler.add_force(body, 1, -d.arm.cross(f));
+    if (!assembler.wants_tangent()) continue;
+
+    const Mat3 p = k * d.projector, arm = skew(d.arm);
+    for (std::size_t i = 0; i < term.members.size(); ++i) {
+      const auto [node, v] = term.members[i];
+      for (std::size_t j = 0; j <= i; ++j)
+        add_pair(node, v, term.members[j].first, term.members[j].second, p / (n * n), assembler);
+      if (term.is_point) add_pair(node, v, body, 0, -p / n, assembler);
+      add_pair(node, v, body, 1, p * arm / n, assembler);
+    }
+    if (term.is_point) {
+      add_pair(body, 0, body, 0, p, assembler);
+      add_pair(body, 1, body, 0, -arm.transpose() * p, assembler);
+    }
+    Mat3 rotation = arm.transpose() * p * arm;
+    if (assembler.tangent() == Assembler::Tangent::exact) rotation -= rotation_hessian(f, d.arm);
+    add_pair(body, 1, body, 1, rotation, assembler);
+  }
+}
+
+std::pair<Vec3, Vec3> Ties::pull(const State& state, Index body) const {
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  for (const TieTerm& term : terms_) {
+    if (term.body != body) continue;
+    const Deviation d = deviation(state, term);
+    const Vec3 f = -term.stiffness * static_cast<double>(term.members.size()) * d.e;
+    if (term.is_point) force += f;
+    moment += d.arm.cross(f);
+  }
+  return {force, moment};
+}
+
+Follow::Deviation Follow::deviation(const State& state, const FollowTerm& term) const {
+  const Pose leader = bodies_.pose(state, term.leader);
+  const Vec3 arm = leader.rotation * term.leader_start.rotation.transpose() * (term.follower_start - term.leader_start.position);
+  return {bodies_.pose(state, term.follower).position[term.axis] - (leader.position + arm)[term.axis], arm};
+}
+
+void Follow::announce(Pattern::Builder& builder) const {
+  for (const FollowTerm& term : terms_)
+    builder.add_clique(std::array{bodies_.node(term.follower), bodies_.node(term.leader)});
+}
+
+double Follow::energy(const State& state) const {
+  double sum = 0;
+  for (const FollowTerm& term : terms_) {
+    const double e = deviation(state, term).e;
+    sum += 0.5 * term.stiffness * e * e;
+  }
+  return sum;
+}
+
+void Follow::add(const State& state, Assembler& assembler) const {
+  for (const FollowTerm& term : terms_) {
+    const Index f = bodies_.node(term.follower), l = bodies_.node(term.leader);
+    const Deviation d = deviation(state, term);
+    const Vec3 axis = Vec3::Unit(term.axis), turn = d.arm.cross(axis);  // −∂e/∂θ of the leader
+    const double k = term.stiffness, force = k * d.e;
+    assembler.add_force(f, 0, force * axis);
+    assembler.add_force(l, 0, -force * axis);
+    assembler.add_force(l, 1, -force * turn);
+    if (!assembler.wants_tangent()) continue;
+    add_pair(f, 0, f, 0, k * axis * axis.transpose(), assembler);
+    add_pair(l, 0, l, 0, k * axis * axis.transpose(), assembler);
+    add_pair(l, 0, f, 0, -k * axis * axis.transpose(), assembler);
+    add_pair(l, 1, f, 0, -k * turn * axis.transpose(), assembler);
+    add_pair(l, 1, l, 0, k * turn * axis.transpose(), assembler);
+    Mat3 rotation = k * turn * turn.transpose();
+    if (assembler.tangent() == Assembler::Tangent::exact) rotation -= rotation_hessian(force * axis, d.arm);
+    add_pair(l, 1, l, 1, rotation, assembler);
+  }
+}
+
+std::pair<Vec3, Vec3> Follow::pull(const State& state, Index leader) const {
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  for (const FollowTerm& term : terms_) {
+    if (term.leader != leader) continue;
+    const Deviation d = deviation(state, term);
+    const Vec3 f = -term.stiffness * d.e * Vec3::Unit(term.axis);
+    force += f;
+    moment += d.arm.cross(f);
+  }
+  return {force, moment};
+}
+
+void BodyLoads::add(const State&, Assembler& assembler) const {
+  for (const LoadTerm& term : terms_) {
+    const int d = static_cast<int>(term.dof);
+    assembler.add_force(bodies_.node(term.body), d / 3, -value(term) * Vec3::Unit(d % 3));
+  }
+}
+
+double BodyLoads::energy(const State& state) const {
+  double sum = 0;
+  for (const LoadTerm& term : terms_)
+    if (static_cast<int>(term.dof) < 3)
+      sum -= value(term) * bodies_.pose(state, term.body).position[static_cast<int>(term.dof)];
+  return sum;
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,127 @@
+#pragma once
+/// \file
+/// Rigid bodies: their unknowns, the ties of fiber ends to them, bodies that follow other bodies, and loads on them.
+/// A body has one node of two vectors: position c and rotation R. Reference coordinates X are kept in the body's own frame.
+
+#include <string>
+
+#include "micro/fiber/fiber_field.h"
+#include "micro/solve/effect.h"
+
+namespace trame::micro {
+
+/// Pose of a body.
+struct Pose {
+  Vec3 position = Vec3::Zero();
+  Mat3 rotation = Mat3::Identity();
+};
+
+/// The bodies of a scene and where their unknowns stand: body i is node i of the layout.
+class RigidBodies {
+ public:
+  /// Adds a node per body to `layout`, which must be empty.
+  RigidBodies(Index n_bodies, Layout& layout);
+  [[nodiscard]] Index n_bodies() const { return n_bodies_; }
+  [[nodiscard]] Index node(Index body) const { return body; }
+  /// Dof of the system that holds dof d (x, y, z, rx, ry, rz) of a body.
+  [[nodiscard]] Index dof(Index body, BodyDof d) const { return 6 * body + static_cast<Index>(d); }
+  [[nodiscard]] Pose pose(const State& state, Index body) const { return {state.q[2 * body], state.rotations[body]}; }
+  void set_pose(State& state, Index body, const Pose& pose) const {
+    state.q[2 * body] = pose.position;
+    state.rotations[body] = pose.rotation;
+  }
+
+ private:
+  Index n_bodies_;
+};
+
+/// Unknown vectors whose mean v̄ is held by a body: ½ k n |P (v̄ − c − R X)|² for points, ½ k n |v̄ − R X|² for directions.
+struct TieTerm {
+  Index body = 0;
+  std::vector<std::pair<Index, int>> members;  ///< node and vector
+  bool is_point = true;
+  Vec3 reference = Vec3::Zero();               ///< X in the body's frame
+  Mat3 projector = Mat3::Identity();           ///< P in the body's frame; turned with the body once a step
+  double stiffness = 0;                        ///< k of each member
+};
+
+/// Fiber ends that follow bodies. The penalty is stiff against the fiber (10³ EA/h), so that its compliance does not show.
+class Ties final : public Effect {
+ public:
+  Ties(const Layout& layout, const RigidBodies& bodies, std::vector<TieTerm> terms);
+  [[nodiscard]] std::string_view name() const override { return "ties"; }
+  void begin_step(const State& start, double stage_time) override;
+  void announce(Pattern::Builder& builder) const override;
+  void add(const State& state, Assembler& assembler) const override;
+  [[nodiscard]] double energy(const State& state) const override;
+  /// Force and moment with which the body pulls at its fibers.
+  [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;
+
+ private:
+  struct Deviation {
+    Vec3 arm, e;
+    Mat3 projector;
+  };
+  [[nodiscard]] Deviation deviation(const State& state, const TieTerm& term) const;
+  const Layout& layout_;
+  const RigidBodies& bodies_;
+  std::vector<TieTerm> terms_;
+  std::vector<Mat3> frozen_rotation_;  // per body, for the projectors
+};
+
+/// A translation dof of a body that moves with the rigid motion of a leader since a start pose.
+struct FollowTerm {
+  Index follower = 0, leader = 0;
+  int axis = 0;         ///< 0, 1, 2
+  Pose leader_start;
+  Vec3 follower_start = Vec3::Zero();
+  double stiffness = 0;
+};
+
+/// ½ k (c_f − target)² along the axis, target = c_l + R_l R_l,startᵀ (c_f,start − c_l,start).
+class Follow final : public Effect {
+ public:
+  Follow(const RigidBodies& bodies, std::vector<FollowTerm> terms) : bodies_(bodies), terms_(std::move(terms)) {}
+  [[nodiscard]] std::string_view name() const override { return "follow"; }
+  void announce(Pattern::Builder& builder) const override;
+  void add(const State& state, Assembler& assembler) const override;
+  [[nodiscard]] double energy(const State& state) const override;
+  /// Force and moment with which a leader pulls at its followers.
+  [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index leader) const;
+
+ private:
+  struct Deviation {
+    double e;
+    Vec3 arm;
+  };
+  [[nodiscard]] Deviation deviation(const State& state, const FollowTerm& term) const;
+  const RigidBodies& bodies_;
+  std::vector<FollowTerm> terms_;
+};
+
+/// A force or moment on a body's dof that goes linearly from `start` to `end` over the stage.
+struct LoadTerm {
+  Index body = 0;
+  BodyDof dof = BodyDof::x;
+  double start = 0, end = 0;
+};
+
+/// Dead forces and moments on bodies. A moment acts about the fixed axis on the current rotation.
+class BodyLoads final : public Effect {
+ public:
+  BodyLoads(const RigidBodies& bodies, std::vector<LoadTerm> terms) : bodies_(bodies), terms_(std::move(terms)) {}
+  [[nodiscard]] std::string_view name() const override { return "body loads"; }
+  void begin_step(const State&, double stage_time) override { stage_time_ = stage_time; }
+  void announce(Pattern::Builder&) const override {}
+  void add(const State& state, Assembler& assembler) const override;
+  /// −F·c of the forces; a moment has no potential and is left out.
+  [[nodiscard]] double energy(const State& state) const override;
+
+ private:
+  [[nodiscard]] double value(const LoadTerm& term) const { return term.start + stage_time_ * (term.end - term.start); }
+  const RigidBodies& bodies_;
+  std::vector<LoadTerm> terms_;
+  double stage_time_ = 0;
+};
+
+}  // namespace trame::micro

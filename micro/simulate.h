@@ -1,0 +1,75 @@
+#pragma once
+/// \file
+/// Runs a scene: builds the model, follows its load path, saves states.
+
+#include <array>
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "micro/core/timers.h"
+#include "micro/io/scene.h"
+#include "micro/io/snapshot.h"
+
+namespace trame::micro {
+
+/// What a scene will cost, before it runs: for `--check` and for the estimate at the start.
+struct ModelSize {
+  Index n_fibers = 0, n_nodes = 0, n_bodies = 0;
+  std::int64_t n_dofs = 0;           ///< of the stage with most of them
+  std::vector<std::int64_t> n_dofs_per_stage;
+  double estimated_seconds = 0;      ///< on two cores of 2025; order of magnitude
+  double estimated_bytes = 0;
+};
+[[nodiscard]] ModelSize model_size(const Scene& scene);
+
+/// One accepted increment, as told to whoever watches the run.
+struct Progress {
+  std::string stage;
+  Index stage_index = 0, n_stages = 0;
+  double stage_time = 0;             ///< 0…1
+  double fraction = 0;               ///< of the whole load path, 0…1
+  Index increment = 0;               ///< accepted so far
+  const SolverRecord* solver = nullptr;
+  Index n_contact_elements = 0;
+};
+
+struct SimulateOptions {
+  std::filesystem::path states;                       ///< state file to write
+  int n_threads = 0;                                  ///< 0: all cores
+  std::function<void(const Progress&)> on_increment;  ///< may be empty
+  std::function<void(const std::string&)> log;        ///< Newton residuals line by line (-v); may be empty
+  const std::atomic<bool>* stop = nullptr;            ///< end after the current increment when true
+};
+
+/// A point of the curves: displacement and force of every body, per increment.
+struct CurvePoint {
+  std::string stage;
+  double stage_time = 0;
+  std::array<double, 2> side_strain{};  ///< warp, weft: change of the distance of the side bodies since the last stage without driven sides; 0 without a weave
+  std::array<double, 2> side_force{};   ///< warp, weft: mean of the pulling forces on both sides, N
+};
+
+struct SimulationSummary {
+  enum class Status { done, interrupted, gave_up } status = Status::done;
+  std::string message;               ///< why it gave up, where, what to try
+  ModelSize size;
+  Index n_contact_elements_max = 0;
+  Index n_increments = 0, n_cut_increments = 0, n_newton_iterations = 0, n_factorizations = 0;
+  double max_penetration_over_radius = 0;              ///< at the end of the last stage
+  double force_imbalance = 0, moment_imbalance = 0;    ///< at the end
+  EnergyRecord energy;
+  bool crossing_order_ok = true;                       ///< true without a weave
+  Index n_crossings = 0, n_crossings_ok = 0;
+  int n_threads = 0;
+  std::vector<CurvePoint> curve;
+  Timers timers;
+};
+
+/// Runs `scene` and writes its states. A solver that gives up is reported in `status`, with the last good state saved.
+/// Throws InputError where the scene and the options cannot be run.
+[[nodiscard]] SimulationSummary simulate(const Scene& scene, const SimulateOptions& options);
+
+}  // namespace trame::micro

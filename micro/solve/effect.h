@@ -1,0 +1,32 @@
+#pragma once
+/// \file
+/// The one interface behind which all physics stands.
+
+#include <string_view>
+
+#include "micro/solve/system.h"
+
+namespace trame::micro {
+
+/// A term of the incremental potential: elastic fibers, contact, ties, loads, damping. Its life in an increment:
+/// `begin_step` → (`update` → Newton iterations of `add`)* → `commit`, or nothing more where the increment is cut.
+class Effect {
+ public:
+  virtual ~Effect() = default;
+  [[nodiscard]] virtual std::string_view name() const = 0;
+
+  /// A step from `start` to stage time t ∈ (0, 1] begins: take the load and the start values.
+  virtual void begin_step(const State& /*start*/, double /*stage_time*/) {}
+  /// Refreezes what is constant within Newton's loop (contact particles, normals, lagged forces) at `state`.
+  virtual void update(const State& /*state*/) {}
+  /// Couplings between nodes that `add` may use until the next `update`.
+  virtual void announce(Pattern::Builder& builder) const = 0;
+  /// Adds the gradient and, where wanted, the tangent at `state` for the items that touch owned nodes.
+  virtual void add(const State& state, Assembler& assembler) const = 0;
+  /// The potential whose gradient `add` gives.
+  [[nodiscard]] virtual double energy(const State& state) const = 0;
+  /// The step is accepted: history moves on.
+  virtual void commit(const State& /*state*/) {}
+};
+
+}  // namespace trame::micro

@@ -1,0 +1,84 @@
+#include "micro/solve/load_path.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace trame::micro {
+
+namespace {
+
+struct Attempt {
+  bool accepted = false;
+  std::string reason;
+  Index worst_dof = 0;
+};
+
+/// One increment: alternates contact detection and Newton's method until the state is in equilibrium with its own geometry.
+Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
+                      const StageDriver& driver, Timers& timers, PrescribedMotion motion, State& state,
+                      IncrementReport& report) {
+  for (int update = 0; update <= settings.max_geometry_updates; ++update) {
+    {
+      const auto guard = timers.measure(Phase::detection);
+      for (const auto& effect : effects) effect->update(state);
+    }
+    newton.announce(effects);
+    if (update > 0) {
+      const Residual r = newton.evaluate(effects, motion, state);
+      report.residual = r.relative();
+      if (driver.log) driver.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
+      if (report.residual <= settings.geometry_tolerance) return {true, "", 0};
+      if (update == settings.max_geometry_updates) break;
+    }
+    ++report.n_geometry_updates;
+    const NewtonOutcome outcome = newton.solve(effects, motion, state, driver.log);
+    report.n_newton_iterations += outcome.n_iterations;
+    report.n_factorizations += outcome.n_factorizations;
+    if (!outcome.converged())
+      return {false, fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
+              outcome.worst_dof};
+    std::fill(motion.motion.begin(), motion.motion.end(), 0.0);  // it has been made
+  }
+  return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual), 0};
+}
+
+}  // namespace
+
+StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
+                       const StageDriver& driver, Timers& timers, State& state) {
+  const double nominal = 1.0 / settings.n_increments;
+  double time = 0, size = nominal;
+  IncrementReport report;
+  auto clock = Timers::Clock::now();
+  while (time < 1) {
+    // A last increment that would be a sliver is joined to the one before.
+    const double to = time + 1.01 * size >= 1 ? 1 : time + size;
+    if (driver.log) driver.log(fmt::format("  stage time {:.4f} -> {:.4f}", time, to));
+    State trial = state;
+    for (const auto& effect : effects) effect->begin_step(state, to);
+    const Attempt attempt =
+        try_increment(newton, effects, settings, driver, timers, driver.motion(state, time, to), trial, report);
+    if (!attempt.accepted) {
+      ++report.n_cuts;
+      size = 0.5 * (to - time);
+      if (driver.log) driver.log(fmt::format("  cut: {}", attempt.reason));
+      if (size < settings.min_increment)
+        return {StageOutcome::Status::gave_up, attempt.reason, time, attempt.worst_dof};
+      continue;
+    }
+    for (const auto& effect : effects) effect->commit(trial);
+    state = std::move(trial);
+    time = to;
+    report.stage_time = time;
+    report.seconds = std::chrono::duration<double>(Timers::Clock::now() - clock).count();
+    const bool go_on = driver.accepted(state, report);
+    if (report.n_cuts == 0) size = std::min(nominal, 2 * size);
+    report = {};
+    clock = Timers::Clock::now();
+    if (!go_on && time < 1) return {StageOutcome::Status::interrupted, "", time, 0};
+  }
+  return {StageOutcome::Status::done, "", 1, 0};
+}
+
+}  // namespace trame::micro

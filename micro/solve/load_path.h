@@ -1,0 +1,48 @@
+#pragma once
+/// \file
+/// Advances a stage from time 0 to 1 in increments that are cut where they fail.
+
+#include <functional>
+#include <string>
+
+#include "micro/solve/newton.h"
+
+namespace trame::micro {
+
+struct LoadPathSettings {
+  int n_increments = 10;             ///< wanted
+  int max_geometry_updates = 6;
+  double geometry_tolerance = 1e-3;  ///< relative residual after the contact geometry has been updated
+  double min_increment = 1e-4;       ///< of stage time
+};
+
+/// What the solver did for one increment.
+struct IncrementReport {
+  double stage_time = 0;
+  int n_newton_iterations = 0, n_factorizations = 0, n_geometry_updates = 0;
+  int n_cuts = 0;           ///< failed attempts since the last accepted increment; their iterations are counted
+  double residual = 0;      ///< relative, with the geometry of the final state
+  double seconds = 0;
+};
+
+/// How the driver of a stage takes part.
+struct StageDriver {
+  /// Motion of the prescribed dofs from `state` to stage time t.
+  std::function<PrescribedMotion(const State& state, double from, double to)> motion;
+  /// An increment has converged and is committed; return false to end here.
+  std::function<bool(const State& state, const IncrementReport& report)> accepted;
+  std::function<void(const std::string&)> log;  ///< may be empty
+};
+
+struct StageOutcome {
+  enum class Status : std::uint8_t { done, interrupted, gave_up } status = Status::done;
+  std::string reason;       ///< why it gave up
+  double stage_time = 0;    ///< reached
+  Index worst_dof = 0;      ///< largest residual of the last failure
+};
+
+/// Runs a stage on `state`, which at the end holds the last accepted one.
+StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
+                       const StageDriver& driver, Timers& timers, State& state);
+
+}  // namespace trame::micro

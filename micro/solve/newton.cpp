@@ -1,0 +1,199 @@
+#include "micro/solve/newton.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+
+namespace trame::micro {
+
+std::string_view describe(NewtonOutcome::Status status) {
+  switch (status) {
+    case NewtonOutcome::Status::converged: return "converged";
+    case NewtonOutcome::Status::too_many_iterations: return "no convergence within the allowed iterations";
+    case NewtonOutcome::Status::not_a_number: return "a force became infinite or not a number";
+    case NewtonOutcome::Status::not_positive_definite: return "the tangent is singular";
+  }
+  return "";
+}
+
+NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
+    : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
+      force_(layout.n_dofs()), magnitude_(layout.n_vectors()), step_(layout.n_dofs()) {
+  owned_from_.resize(n_threads_ + 1);
+  for (int t = 0; t <= n_threads_; ++t)
+    owned_from_[t] = static_cast<Index>(static_cast<std::int64_t>(layout.n_nodes()) * t / n_threads_);
+}
+
+void NewtonSolver::announce(const Effects& effects) {
+  Pattern::Builder builder;
+  {
+    const auto guard = timers_.measure(Phase::detection);
+    for (const auto& effect : effects) effect->announce(builder);
+    if (pattern_.covers(builder)) return;
+  }
+  const auto guard = timers_.measure(Phase::symbolic);
+  pattern_ = Pattern(layout_, std::move(builder));
+  values_.resize(pattern_.n_values());
+  cholesky_.analyze(layout_, pattern_);
+  ++n_analyses_;
+}
+
+void NewtonSolver::assemble(const Effects& effects, const State& state, Assembler::Tangent tangent) {
+  const auto guard = timers_.measure(Phase::assembly);
+#pragma omp parallel for num_threads(n_threads_) schedule(static, 1)
+  for (int t = 0; t < n_threads_; ++t) {
+    const Index begin = owned_from_[t], end = owned_from_[t + 1];
+    std::fill(force_.begin() + layout_.first_dof(begin), force_.begin() + layout_.first_dof(end), 0.0);
+    std::fill(magnitude_.begin() + layout_.first_vector(begin), magnitude_.begin() + layout_.first_vector(end), 0.0);
+    if (tangent != Assembler::Tangent::none) {
+      const auto value_limit = [&](Index node) {
+        return values_.begin() + (node < layout_.n_nodes() ? pattern_.value_start(node) : pattern_.n_values());
+      };
+      std::fill(value_limit(begin), value_limit(end), 0.0);
+    }
+    Assembler assembler(layout_, &pattern_, begin, end, force_.data(), magnitude_.data(), values_.data(), tangent);
+    for (const auto& effect : effects) effect->add(state, assembler);
+  }
+}
+
+Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
+  Residual r;
+  double sum = 0, scale = 0, worst = 0;
+  for (std::size_t d = 0; d < force_.size(); ++d) {
+    if (prescribed.fixed[d]) continue;
+    sum += force_[d] * force_[d];
+    if (std::abs(force_[d]) > worst) {
+      worst = std::abs(force_[d]);
+      r.worst_dof = static_cast<Index>(d);
+    }
+  }
+  for (const double m : magnitude_) scale += m * m;
+  r.norm = std::sqrt(sum);
+  r.scale = std::sqrt(scale);
+  return r;
+}
+
+Residual NewtonSolver::evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state) {
+  assemble(effects, state, Assembler::Tangent::none);
+  return residual(prescribed);
+}
+
+/// Turns values_ and step_ (= −force) into the system of the free dofs: prescribed motion goes to the right-hand side, its rows and
+/// columns become those of the identity. Prescribed dofs stand in body nodes, which come first: their couplings to fibers
+/// are in their own columns, those among bodies in columns of bodies.
+void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) {
+  Index n_body_nodes = 0;
+  for (Index j = 0; j < layout_.n_nodes(); ++j)
+    for (Index d = layout_.first_dof(j); d < layout_.first_dof(j + 1); ++d)
+      if (prescribed.fixed[d]) n_body_nodes = j + 1;
+  for (Index j = 0; j < n_body_nodes; ++j) {
+    const Index height = pattern_.column_height(j), first = layout_.first_dof(j);
+    for (Index c = 0; c < 3 * layout_.n_vectors(j); ++c) {
+      double* column = values_.data() + pattern_.value_start(j) + static_cast<std::size_t>(c) * height;
+      const Index dc = first + c;
+      Index at = 0;
+      for (const Index i : pattern_.rows(j))
+        for (Index r = 0; r < 3 * layout_.n_vectors(i); ++r, ++at) {
+          const Index dr = layout_.first_dof(i) + r;
+          if (dr <= dc) continue;  // the upper part of the diagonal block is not used
+          if (prescribed.fixed[dc]) step_[dr] -= column[at] * remaining * prescribed.motion[dc];
+          if (prescribed.fixed[dr]) step_[dc] -= column[at] * remaining * prescribed.motion[dr];
+          if (prescribed.fixed[dc] || prescribed.fixed[dr]) column[at] = 0;
+        }
+      if (prescribed.fixed[dc]) column[c] = 1;
+    }
+  }
+  for (std::size_t d = 0; d < step_.size(); ++d)
+    if (prescribed.fixed[d]) step_[d] = remaining * prescribed.motion[d];
+}
+
+bool NewtonSolver::factorize(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+                             double remaining, NewtonOutcome& outcome) {
+  while (true) {
+    assemble(effects, state, projected_ ? Assembler::Tangent::projected : Assembler::Tangent::exact);
+    for (std::size_t d = 0; d < force_.size(); ++d) step_[d] = -force_[d];
+    impose(prescribed, remaining);
+    const auto guard = timers_.measure(Phase::factorization);
+    ++outcome.n_factorizations;
+    if (cholesky_.factorize(values_)) return true;
+    if (projected_) return false;
+    projected_ = true;
+  }
+}
+
+double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
+  double sum = 0;
+  for (std::size_t d = 0; d < force_.size(); ++d)
+    if (!prescribed.fixed[d]) sum += force_[d] * step_[d];
+  return sum;
+}
+
+/// Shortens a step along which the potential has turned upward steeply: secant on its slope, at most five trials.
+double NewtonSolver::line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
+                                 const PrescribedMotion& prescribed) {
+  constexpr double accepted = 0.8;
+  double low = 0, low_slope = slope_at_zero, high = alpha;
+  for (int trial = 0; trial < 5; ++trial) {
+    retract(layout_, state, step_, alpha, trial_);
+    assemble(effects, trial_, Assembler::Tangent::none);
+    const double s = slope(prescribed);
+    if (!std::isfinite(s)) {
+      high = alpha;
+      alpha = 0.25 * (low + high);
+      continue;
+    }
+    if (s <= accepted * std::abs(slope_at_zero) && s >= slope_at_zero) return alpha;
+    if (s < 0) return alpha;  // still downhill
+    high = alpha;
+    alpha = low + std::clamp(-low_slope / (s - low_slope), 0.1, 0.7) * (high - low);
+  }
+  return alpha;
+}
+
+NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, State& state,
+                                  const std::function<void(const std::string&)>& log) {
+  NewtonOutcome outcome;
+  double remaining = 1;  // part of the prescribed motion still to be made
+  if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
+  projected_ = false;
+
+  for (;; ++outcome.n_iterations) {
+    const Residual r = evaluate(effects, prescribed, state);
+    outcome.residual = r.relative();
+    outcome.worst_dof = r.worst_dof;
+    if (!std::isfinite(r.norm)) {
+      outcome.status = NewtonOutcome::Status::not_a_number;
+      return outcome;
+    }
+    if (log) log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
+                             projected_ ? "  (projected)" : ""));
+    if (remaining == 0 && (r.norm <= settings_.force_tolerance * r.scale || r.norm <= settings_.force_floor))
+      return outcome;
+    if (outcome.n_iterations == settings_.max_iterations) {
+      outcome.status = NewtonOutcome::Status::too_many_iterations;
+      return outcome;
+    }
+
+    if (!factorize(effects, prescribed, state, remaining, outcome)) {
+      outcome.status = NewtonOutcome::Status::not_positive_definite;
+      return outcome;
+    }
+    {
+      const auto guard = timers_.measure(Phase::solve);
+      cholesky_.solve(step_);
+    }
+    double largest = 0;
+    for (std::size_t v = 0; v < state.q.size(); ++v)
+      largest = std::max(largest, Eigen::Map<const Vec3>(step_.data() + 3 * v).norm());
+    double alpha = largest > settings_.step_cap ? settings_.step_cap / largest : 1.0;
+    // With a prescribed motion under way the potential may rise along the step: nothing to search.
+    if (remaining == 0) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
+    retract(layout_, state, step_, alpha, trial_);
+    std::swap(state, trial_);
+    remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);
+    if (remaining < 1e-12) remaining = 0;
+  }
+}
+
+}  // namespace trame::micro

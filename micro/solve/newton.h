@@ -1,0 +1,95 @@
+#pragma once
+/// \file
+/// Newton's method for the equilibrium of a set of effects, contact particles and normals frozen.
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "micro/core/timers.h"
+#include "micro/solve/cholesky.h"
+#include "micro/solve/effect.h"
+
+namespace trame::micro {
+
+using Effects = std::vector<std::unique_ptr<Effect>>;
+
+struct NewtonSettings {
+  double force_tolerance = 1e-4;  ///< residual norm over the norm of the force magnitudes that cancel in it
+  double force_floor = 1e-12;     ///< residual norm that counts as zero whatever the magnitudes, force
+  int max_iterations = 40;
+  double step_cap = 0.5;          ///< largest change of any vector in one iteration, in the unit of length
+};
+
+struct NewtonOutcome {
+  enum class Status : std::uint8_t { converged, too_many_iterations, not_a_number, not_positive_definite };
+  Status status = Status::converged;
+  int n_iterations = 0;
+  int n_factorizations = 0;
+  double residual = 0;        ///< relative, at the end
+  Index worst_dof = 0;        ///< where the residual is largest
+  [[nodiscard]] bool converged() const { return status == Status::converged; }
+};
+[[nodiscard]] std::string_view describe(NewtonOutcome::Status status);
+
+/// Dofs that are not free: where `fixed[d]` is set, dof d moves by `motion[d]`.
+struct PrescribedMotion {
+  std::vector<char> fixed;
+  std::vector<double> motion;
+};
+
+/// Relative residual of the free dofs.
+struct Residual {
+  double norm = 0, scale = 0;
+  Index worst_dof = 0;
+  [[nodiscard]] double relative() const { return scale > 0 ? norm / scale : norm; }
+};
+
+/// Keeps what is worth keeping between systems of the same layout: pattern, symbolic factorisation, workspaces.
+class NewtonSolver {
+ public:
+  NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers);
+
+  /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept.
+  void announce(const Effects& effects);
+
+  /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`.
+  /// `log` (may be empty) gets a line per iteration.
+  NewtonOutcome solve(const Effects& effects, const PrescribedMotion& prescribed, State& state,
+                      const std::function<void(const std::string&)>& log);
+
+  /// Gradient of the potential at `state`; afterwards `force()` holds it.
+  Residual evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state);
+  /// Gradient at the last evaluated state; at prescribed dofs it is the reaction, the force that holds them.
+  [[nodiscard]] const std::vector<double>& force() const { return force_; }
+
+  [[nodiscard]] const Pattern& pattern() const { return pattern_; }
+  [[nodiscard]] double n_factor_entries() const { return cholesky_.n_factor_entries(); }
+  [[nodiscard]] int n_analyses() const { return n_analyses_; }
+
+ private:
+  void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent);
+  [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
+  void impose(const PrescribedMotion& prescribed, double remaining);
+  [[nodiscard]] bool factorize(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+                               double remaining, NewtonOutcome& outcome);
+  [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
+                                   const PrescribedMotion& prescribed);
+  [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
+
+  const Layout& layout_;
+  NewtonSettings settings_;
+  Timers& timers_;
+  int n_threads_;
+  Pattern pattern_;
+  Cholesky cholesky_;
+  bool projected_ = false;  // the exact tangent was indefinite in this solve
+  int n_analyses_ = 0;
+  std::vector<Index> owned_from_;  // n_threads + 1 node limits
+  std::vector<double> values_, force_, magnitude_, step_;
+  State trial_;
+};
+
+}  // namespace trame::micro

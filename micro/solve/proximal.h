@@ -1,0 +1,55 @@
+#pragma once
+/// \file
+/// Proximal (viscous) term ½ η Σ |r − r_n|² on positions: what keeps steps small while yarns are far from equilibrium.
+
+#include <cmath>
+
+#include "micro/solve/effect.h"
+
+namespace trame::micro {
+
+class Proximal final : public Effect {
+ public:
+  /// Acts on vector 0 of nodes first_node … of `layout`. η falls geometrically from `start` to `end` over the stage;
+  /// where `end` is zero it falls by a factor 10³ and vanishes at stage time 1.
+  Proximal(const Layout& layout, Index first_node, double start, double end)
+      : layout_(layout), first_node_(first_node), start_(start), end_(end) {}
+
+  [[nodiscard]] std::string_view name() const override { return "proximal damping"; }
+  void begin_step(const State& start, double stage_time) override {
+    start_state_ = start;
+    const double last = end_ > 0 ? end_ : 1e-3 * start_;
+    eta_ = stage_time >= 1 && end_ == 0 ? 0 : start_ * std::pow(last / start_, stage_time);
+  }
+  void announce(Pattern::Builder&) const override {}
+  void add(const State& state, Assembler& assembler) const override {
+    if (eta_ == 0) return;
+    for (Index n = first_node_; n < layout_.n_nodes(); ++n) {
+      if (!assembler.owns(n)) continue;
+      const Index v = layout_.first_vector(n);
+      assembler.add_force(n, 0, eta_ * (state.q[v] - start_state_.q[v]));
+      if (!assembler.wants_tangent()) continue;
+      const auto block = assembler.block(n, n);
+      for (int c = 0; c < 3; ++c) block.data[static_cast<std::size_t>(c) * block.stride + c] += eta_;
+    }
+  }
+  [[nodiscard]] double energy(const State& state) const override {
+    double sum = 0;
+    for (Index n = first_node_; n < layout_.n_nodes() && eta_ > 0; ++n)
+      sum += (state.q[layout_.first_vector(n)] - start_state_.q[layout_.first_vector(n)]).squaredNorm();
+    return 0.5 * eta_ * sum;
+  }
+  void commit(const State& state) override { dissipated_ += 2 * energy(state); }
+
+  [[nodiscard]] double eta() const { return eta_; }
+  [[nodiscard]] double dissipated() const { return dissipated_; }
+
+ private:
+  const Layout& layout_;
+  Index first_node_;
+  double start_, end_, eta_ = 0;
+  double dissipated_ = 0;
+  State start_state_;
+};
+
+}  // namespace trame::micro

@@ -1,0 +1,140 @@
+#pragma once
+/// \file
+/// Unknowns, sparsity pattern and assembly. The unknowns are 3-vectors (positions, section vectors, rotations)
+/// grouped in nodes; the matrix is the lower triangle of K in compressed columns, addressed by pairs of nodes.
+
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "micro/core/types.h"
+
+namespace trame::micro {
+
+/// Nodes and their vectors. Bodies come first, so that their couplings stand in their own columns.
+class Layout {
+ public:
+  /// Adds a node of `n_vectors` unknown 3-vectors; returns its index.
+  Index add_node(int n_vectors) {
+    first_vector_.push_back(first_vector_.back() + n_vectors);
+    return n_nodes() - 1;
+  }
+  /// Declares that `vector` holds rotation increments: it turns `State::rotations[i]` instead of adding. Returns i.
+  Index add_rotation(Index vector) {
+    rotation_vectors_.push_back(vector);
+    return static_cast<Index>(rotation_vectors_.size()) - 1;
+  }
+
+  [[nodiscard]] Index n_nodes() const { return static_cast<Index>(first_vector_.size()) - 1; }
+  [[nodiscard]] Index n_vectors() const { return first_vector_.back(); }
+  [[nodiscard]] Index n_vectors(Index node) const { return first_vector_[node + 1] - first_vector_[node]; }
+  [[nodiscard]] Index n_dofs() const { return 3 * n_vectors(); }
+  [[nodiscard]] Index first_vector(Index node) const { return first_vector_[node]; }
+  [[nodiscard]] Index first_dof(Index node) const { return 3 * first_vector_[node]; }
+  [[nodiscard]] const std::vector<Index>& rotation_vectors() const { return rotation_vectors_; }
+
+ private:
+  std::vector<Index> first_vector_ = {0};
+  std::vector<Index> rotation_vectors_;
+};
+
+/// Values of all unknowns.
+struct State {
+  std::vector<Vec3> q;          ///< n_vectors; meaningless at rotation vectors
+  std::vector<Mat3> rotations;  ///< of the rigid bodies
+};
+
+/// Rotation matrix of a rotation vector (Rodrigues).
+[[nodiscard]] Mat3 rotation_matrix(const Vec3& rotation_vector);
+/// Skew matrix: skew(a) b = a × b.
+[[nodiscard]] Mat3 skew(const Vec3& a);
+
+/// state ⊕ α·step: vectors add, rotations turn by the rotation vector of their step.
+void retract(const Layout& layout, const State& state, std::span<const double> step, double alpha, State& result);
+
+/// Lower-triangular sparsity by node pairs. Column j holds node j itself and its coupled nodes i > j, ascending.
+class Pattern {
+ public:
+  /// Collects cliques of nodes that an effect couples.
+  class Builder {
+   public:
+    void add_clique(std::span<const Index> nodes);
+    friend class Pattern;
+
+   private:
+    void compact();
+    std::vector<std::uint64_t> pairs_;  // (lower node << 32) | higher node
+    std::size_t compact_at_ = 1u << 22;
+  };
+
+  Pattern() = default;
+  Pattern(const Layout& layout, Builder builder);
+
+  /// True if every coupling of `builder` is in this pattern already.
+  [[nodiscard]] bool covers(Builder& builder) const;
+
+  [[nodiscard]] Index n_nodes() const { return static_cast<Index>(column_start_.size()) - 1; }
+  [[nodiscard]] std::size_t n_values() const { return n_values_; }
+  [[nodiscard]] std::span<const Index> rows(Index column_node) const {
+    return {row_nodes_.data() + column_start_[column_node], row_nodes_.data() + column_start_[column_node + 1]};
+  }
+  /// Number of scalar rows in each column of node j.
+  [[nodiscard]] Index column_height(Index j) const { return column_height_[j]; }
+  /// Where the values of node j's first scalar column start.
+  [[nodiscard]] std::size_t value_start(Index j) const { return value_start_[j]; }
+  /// Scalar row, within a column of node j, at which node i starts.
+  [[nodiscard]] Index row_offset(Index i, Index j) const;
+
+ private:
+  std::vector<std::size_t> column_start_ = {0};
+  std::vector<Index> row_nodes_, row_offsets_;
+  std::vector<Index> column_height_;
+  std::vector<std::size_t> value_start_;
+  std::size_t n_values_ = 0;
+};
+
+/// What one thread assembles: forces of, and matrix columns of, the nodes that it owns. An effect visits every item
+/// that touches an owned node, in an order of its own that does not depend on the number of threads: so neither do the sums.
+class Assembler {
+ public:
+  enum class Tangent : std::uint8_t { none, exact, projected };
+
+  Assembler(const Layout& layout, const Pattern* pattern, Index node_begin, Index node_end, double* force,
+            double* magnitude, double* values, Tangent tangent)
+      : layout_(layout), pattern_(pattern), begin_(node_begin), end_(node_end), force_(force), magnitude_(magnitude),
+        values_(values), tangent_(tangent) {}
+
+  [[nodiscard]] Tangent tangent() const { return tangent_; }
+  [[nodiscard]] bool wants_tangent() const { return tangent_ != Tangent::none; }
+  [[nodiscard]] bool owns(Index node) const { return node >= begin_ && node < end_; }
+  /// True if the node range [first, last] has an owned node.
+  [[nodiscard]] bool touches(Index first, Index last) const { return first < end_ && last >= begin_; }
+
+  /// Adds `f` to the gradient of the energy at vector `v` of `node`, if owned.
+  void add_force(Index node, int v, const Vec3& f) {
+    if (!owns(node)) return;
+    const Index dof = layout_.first_dof(node) + 3 * v;
+    for (int c = 0; c < 3; ++c) force_[dof + c] += f[c];
+    magnitude_[dof / 3] += f.norm();
+  }
+  /// Where the block (node i, node j), i ≥ j, starts in the matrix values, and the stride between its columns.
+  struct Block {
+    double* data;
+    Index stride;
+  };
+  [[nodiscard]] Block block(Index i, Index j) const {
+    assert(i >= j && owns(j));
+    return {values_ + pattern_->value_start(j) + pattern_->row_offset(i, j), pattern_->column_height(j)};
+  }
+
+ private:
+  const Layout& layout_;
+  const Pattern* pattern_;
+  Index begin_, end_;
+  double *force_, *magnitude_, *values_;
+  Tangent tangent_;
+};
+
+}  // namespace trame::micro

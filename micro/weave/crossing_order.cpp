@@ -1,0 +1,98 @@
+#include "micro/weave/crossing_order.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trame::micro {
+
+bool plan_crossing(const FiberField& field, const State& state, Index a, Index b, double& s_a, double& s_b) {
+  const double length_a = field.mesh().length(a), length_b = field.mesh().length(b);
+  const double tolerance = 1e-9 * (length_a + length_b);
+  for (int iteration = 0; iteration < 30; ++iteration) {
+    const auto pa = field.curve(state, a, std::clamp(s_a, 0.0, length_a));
+    const auto pb = field.curve(state, b, std::clamp(s_b, 0.0, length_b));
+    const Vec3 d = pb.r - pa.r;
+    // t_a δ_a − t_b δ_b = d in the plane.
+    const double determinant = -pa.tangent.x() * pb.tangent.y() + pa.tangent.y() * pb.tangent.x();
+    if (std::abs(determinant) < 1e-6) return false;
+    const double da = (-d.x() * pb.tangent.y() + d.y() * pb.tangent.x()) / determinant;
+    const double db = (pa.tangent.x() * d.y() - pa.tangent.y() * d.x()) / determinant;
+    if (std::hypot(da, db) < tolerance) return s_a >= 0 && s_a <= length_a && s_b >= 0 && s_b <= length_b;
+    s_a += da;
+    s_b += db;
+  }
+  return false;
+}
+
+namespace {
+
+/// Calls visit(upper fiber, lower fiber, s_upper, s_lower) for every pair of fibers of a crossing.
+template <typename Visit>
+void for_each_pair(const FiberField& field, const State& state, const YarnCrossing& crossing, Visit&& visit) {
+  const Yarn &upper = field.mesh().yarns[crossing.upper_yarn], &lower = field.mesh().yarns[crossing.lower_yarn];
+  double s_a = 0.5 * field.mesh().length(upper.first_fiber), s_b = 0.5 * field.mesh().length(lower.first_fiber);
+  for (Index a = upper.first_fiber; a < upper.first_fiber + upper.n_fibers; ++a)
+    for (Index b = lower.first_fiber; b < lower.first_fiber + lower.n_fibers; ++b)
+      if (plan_crossing(field, state, a, b, s_a, s_b)) visit(a, b, s_a, s_b);
+}
+
+}  // namespace
+
+std::optional<double> smallest_separation(const FiberField& field, const State& state, const YarnCrossing& crossing) {
+  std::optional<double> smallest;
+  for_each_pair(field, state, crossing, [&](Index a, Index b, double s_a, double s_b) {
+    const double dz = field.curve(state, a, s_a).r.z() - field.curve(state, b, s_b).r.z();
+    smallest = std::min(smallest.value_or(dz), dz);
+  });
+  return smallest;
+}
+
+CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth,
+                             double penalty, double p_reg)
+    : field_(field), crossings_(std::move(crossings)), start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg) {}
+
+void CrossingOrder::begin_step(const State&, double stage_time) {
+  depth_ = start_depth_ + stage_time * (1 - start_depth_);
+}
+
+void CrossingOrder::update(const State& state) {
+  std::vector<std::vector<ContactElement>> found(crossings_.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < crossings_.size(); ++i)
+    for_each_pair(field_, state, crossings_[i], [&](Index a, Index b, double s_a, double s_b) {
+      const double reach = field_.mesh().radius[a] + field_.mesh().radius[b];
+      const Vec3 chord = field_.curve(state, b, s_b).r - field_.curve(state, a, s_a).r;
+      ContactElement e;
+      e.fiber_a = a;
+      e.fiber_b = b;
+      e.s_a = s_a;
+      e.s_b = s_b;
+      e.normal = -Vec3::UnitZ();
+      e.offset = depth_ * reach;
+      if (e.gap(chord) > 0.5 * reach) return;  // far from being active
+      e.a = field_.particle(a, s_a, Vec2::Zero());
+      e.b = field_.particle(b, s_b, Vec2::Zero());
+      e.length = reach;
+      e.penalty = penalty_;
+      found[i].push_back(e);
+    });
+  elements_.clear();
+  for (const auto& part : found) elements_.insert(elements_.end(), part.begin(), part.end());
+}
+
+void CrossingOrder::announce(Pattern::Builder& builder) const {
+  for (const ContactElement& e : elements_) announce_contact_element(e, builder);
+}
+
+void CrossingOrder::add(const State& state, Assembler& assembler) const {
+  for (const ContactElement& e : elements_) add_contact_element(e, field_.layout(), state, p_reg_, assembler);
+}
+
+double CrossingOrder::energy(const State& state) const {
+  double sum = 0;
+  for (const ContactElement& e : elements_)
+    sum += penalty_energy(e.gap(e.relative_position(field_.layout(), state)), e.penalty, p_reg_);
+  return sum;
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,48 @@
+#pragma once
+/// \file
+/// Separation of interpenetrating yarns: at each crossing of a warp and a weft yarn all pairs of fibers obey
+/// order·(z_a − z_b) ≥ d, whatever their depth, with vertical normals, while d rises from −(height of the flat yarns) to R_a + R_b.
+
+#include <optional>
+
+#include "micro/contact/contact_element.h"
+#include "micro/solve/effect.h"
+
+namespace trame::micro {
+
+/// A crossing of two yarns: fiber ranges of the upper and of the lower one.
+struct YarnCrossing {
+  Index upper_yarn = 0, lower_yarn = 0;
+};
+
+class CrossingOrder final : public Effect {
+ public:
+  /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length of gap.
+  CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth, double penalty,
+                double p_reg);
+
+  [[nodiscard]] std::string_view name() const override { return "crossing order"; }
+  void begin_step(const State& start, double stage_time) override;
+  void update(const State& state) override;
+  void announce(Pattern::Builder& builder) const override;
+  void add(const State& state, Assembler& assembler) const override;
+  [[nodiscard]] double energy(const State& state) const override;
+  [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
+
+ private:
+  const FiberField& field_;
+  std::vector<YarnCrossing> crossings_;
+  double start_depth_, penalty_, p_reg_;
+  double depth_ = 0;  // d / (R_a + R_b) of this step
+  std::vector<ContactElement> elements_;
+};
+
+/// Arc lengths at which the plan views (along z) of two fibers cross; false where they do not.
+[[nodiscard]] bool plan_crossing(const FiberField& field, const State& state, Index a, Index b, double& s_a, double& s_b);
+
+/// Vertical distance z_a − z_b of two fibers where their plan views cross, for all fiber pairs of a crossing:
+/// the smallest of upper over lower, or nothing where no pair crosses.
+[[nodiscard]] std::optional<double> smallest_separation(const FiberField& field, const State& state,
+                                                        const YarnCrossing& crossing);
+
+}  // namespace trame::micro

@@ -1,0 +1,219 @@
+#include "micro/weave/flat_start.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <functional>
+#include <numbers>
+#include <numeric>
+#include <unsupported/Eigen/Splines>
+
+#include "micro/core/wildcard.h"
+
+namespace trame::micro {
+
+std::vector<Vec2> hexagonal_section(Index n, Index n_layers, double a) {
+  const double row_height = a * std::numbers::sqrt3 / 2;
+  std::vector<Vec2> centres;
+  if (n_layers > 0) {
+    for (Index row = 0, left = n; row < n_layers; ++row) {
+      const Index in_row = (left + n_layers - row - 1) / (n_layers - row);
+      left -= in_row;
+      const double shift = n_layers == 1 ? 0 : (row % 2 == 0 ? -0.25 : 0.25);
+      for (Index i = 0; i < in_row; ++i)
+        centres.emplace_back(a * (i - 0.5 * (in_row - 1) + shift), row_height * (row - 0.5 * (n_layers - 1)));
+    }
+    return centres;
+  }
+  const auto reach = static_cast<Index>(std::ceil(std::sqrt(n))) + 1;
+  for (Index row = -reach; row <= reach; ++row)
+    for (Index i = -reach; i <= reach; ++i) centres.emplace_back(a * (i + 0.5 * (row & 1)), row_height * row);
+  // Distances are compared with a slack, so that points of one ring keep a fixed order.
+  std::stable_sort(centres.begin(), centres.end(),
+                   [&](const Vec2& p, const Vec2& q) { return p.norm() < q.norm() - 1e-9 * a; });
+  centres.resize(n);
+  Vec2 mean = Vec2::Zero();
+  for (const Vec2& c : centres) mean += c / n;
+  for (Vec2& c : centres) c -= mean;
+  return centres;
+}
+
+namespace {
+
+using Curve = std::function<Vec3(double)>;  // of a parameter from 0 to 1
+
+Curve spline_through(const std::vector<Vec3>& points) {
+  Eigen::Matrix3Xd columns(3, points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = points[i];
+  const auto degree = std::min<Eigen::Index>(3, columns.cols() - 1);
+  const auto spline = Eigen::SplineFitting<Eigen::Spline3d>::Interpolate(columns, degree);
+  return [spline](double t) -> Vec3 { return spline(t); };
+}
+
+/// Unit vector normal to `direction`, as near as possible to `wanted`.
+Vec3 normal_to(const Vec3& direction, const Vec3& wanted) {
+  const Vec3 t = direction.normalized();
+  const Vec3 n = wanted - wanted.dot(t) * t;
+  return n.norm() > 1e-6 * wanted.norm() ? Vec3(n.normalized()) : Vec3(t.unitOrthogonal());
+}
+
+/// Appends a fiber along a curve: nodes at equal arc lengths, sections carried along without twist.
+void append_fiber(Assembly& assembly, const Curve& curve, Index n_elements, double radius, double axial_stiffness,
+                  Index type, const Vec3& section_axis) {
+  const Index n_fine = 64 * n_elements;  // chords of the curve for its arc length
+  std::vector<Vec3> fine(n_fine + 1);
+  std::vector<double> arc(n_fine + 1, 0.0);
+  for (Index i = 0; i <= n_fine; ++i) {
+    fine[i] = curve(static_cast<double>(i) / n_fine);
+    if (i > 0) arc[i] = arc[i - 1] + (fine[i] - fine[i - 1]).norm();
+  }
+  const Index n_nodes = 2 * n_elements + 1;
+  FiberMesh& mesh = assembly.mesh;
+  FiberConfiguration& c = assembly.configuration;
+  Vec3 tangent_before = Vec3::Zero();
+  for (Index i = 0, segment = 0; i < n_nodes; ++i) {
+    const double s = arc.back() * i / (n_nodes - 1);
+    while (segment < n_fine - 1 && arc[segment + 1] < s) ++segment;
+    const double t = (segment + (s - arc[segment]) / (arc[segment + 1] - arc[segment])) / n_fine;
+    const double dt = 0.25 / n_fine;  // central difference, one-sided at the ends
+    const Vec3 tangent = (curve(std::min(t + dt, 1.0)) - curve(std::max(t - dt, 0.0))).normalized();
+    c.r.push_back(curve(std::clamp(t, 0.0, 1.0)));
+    c.tangent.push_back(tangent);
+    const Vec3 carried =
+        i == 0 ? section_axis : Vec3(Eigen::Quaterniond::FromTwoVectors(tangent_before, tangent) * c.g1.back());
+    c.g1.push_back(normal_to(tangent, carried));
+    c.g2.push_back(tangent.cross(c.g1.back()));
+    mesh.arc_length.push_back(s);
+    tangent_before = tangent;
+  }
+  mesh.first_node.push_back(mesh.first_node.back() + n_nodes);
+  mesh.radius.push_back(radius);
+  mesh.axial_stiffness.push_back(axial_stiffness);
+  mesh.yarn_of_fiber.push_back(static_cast<Index>(mesh.yarns.size()) - 1);
+  ++mesh.yarns.back().n_fibers;
+  assembly.type_of_fiber.push_back(type);
+}
+
+void append_fiber(Assembly& assembly, const Scene& scene, const Curve& curve, Index n_elements, Index type,
+                  const Vec3& section_axis) {
+  const double r = scene.fiber_types[type].radius;
+  const double ea = scene.materials[scene.fiber_types[type].material].young_modulus_axial * std::numbers::pi * r * r;
+  append_fiber(assembly, curve, n_elements, r, ea, type, section_axis);
+}
+
+void begin_yarn(Assembly& assembly, const std::string& name, YarnFamily family) {
+  assembly.mesh.yarns.push_back({name, family, assembly.mesh.n_fibers(), 0});
+}
+
+void append_bundle(Assembly& assembly, const Scene& scene, const BundleSpec& bundle) {
+  begin_yarn(assembly, bundle.name, YarnFamily::free);
+  const Curve axis = spline_through(bundle.points);
+  const double spacing = 2 * scene.fiber_types[bundle.type].radius * bundle.lattice_spacing;
+  // Frame of the axis, carried without twist along fine steps; `twist` turns the section in it.
+  const Index n_steps = 64 * bundle.n_elements;
+  std::vector<Mat3> frames(n_steps + 1);
+  for (Index i = 0; i <= n_steps; ++i) {
+    const double t = static_cast<double>(i) / n_steps, dt = 0.5 / n_steps;
+    const Vec3 tangent = (axis(std::min(t + dt, 1.0)) - axis(std::max(t - dt, 0.0))).normalized();
+    const Vec3 up = i == 0 ? Vec3::UnitZ() : Vec3(frames[i - 1].col(2));
+    const Vec3 normal = normal_to(tangent, up);
+    frames[i] << tangent, normal.cross(tangent), normal;
+  }
+  for (const Vec2& centre : hexagonal_section(bundle.n_fibers, bundle.n_layers, spacing)) {
+    const Curve fiber = [&, centre](double t) -> Vec3 {
+      const double at = std::clamp(t, 0.0, 1.0) * n_steps;
+      const auto i = std::min<Index>(static_cast<Index>(at), n_steps - 1);
+      const Mat3 frame = (1 - (at - i)) * frames[i] + (at - i) * frames[i + 1];
+      const Eigen::Rotation2Dd turn(2 * std::numbers::pi * bundle.twist * t);
+      const Vec2 c = turn * centre;
+      return axis(t) + frame.col(1) * c[0] + frame.col(2) * c[1];
+    };
+    append_fiber(assembly, scene, fiber, bundle.n_elements, bundle.type, Vec3::UnitZ());
+  }
+}
+
+Index add_body(Assembly& assembly, const std::string& name, const Vec3& position) {
+  assembly.body_names.push_back(name);
+  assembly.body_positions.push_back(position);
+  return static_cast<Index>(assembly.body_names.size()) - 1;
+}
+
+/// One yarn system of the weave: its yarns, a body at each yarn end, a body at each side of the patch.
+void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem& system, double half_length,
+                        bool is_warp) {
+  const std::string family = is_warp ? "warp" : "weft";
+  const double spacing = 2 * scene.fiber_types[system.type].radius * system.lattice_spacing;
+  const std::vector<Vec2> section = hexagonal_section(system.n_fibers, system.n_layers, spacing);
+  const auto place = [&](double along, double across, double z) {
+    return is_warp ? Vec3(along, across, z) : Vec3(across, along, z);
+  };
+  for (Index yarn = 0; yarn < system.n_yarns; ++yarn) {
+    const double across = system.yarn_spacing * (yarn - 0.5 * (system.n_yarns - 1));
+    const std::string name = family + "/" + std::to_string(yarn + 1);
+    begin_yarn(assembly, name, is_warp ? YarnFamily::warp : YarnFamily::weft);
+    const Index first_fiber = assembly.mesh.n_fibers();
+    for (const Vec2& c : section) {
+      const Vec3 from = place(-half_length, across + c[0], c[1]), to = place(half_length, across + c[0], c[1]);
+      append_fiber(assembly, scene, [&](double t) -> Vec3 { return from + t * (to - from); }, system.n_elements,
+                   system.type, Vec3::UnitZ());
+    }
+    for (const FiberEnd end : {FiberEnd::start, FiberEnd::end}) {
+      const bool start = end == FiberEnd::start;
+      const Index body = add_body(assembly, name + (start ? "/start" : "/end"),
+                                  place(start ? -half_length : half_length, across, 0));
+      for (Index f = first_fiber; f < assembly.mesh.n_fibers(); ++f)
+        assembly.ties.push_back({body, f, end, TieKind::clamped});
+    }
+  }
+  add_body(assembly, "side/" + family + "/start", place(-half_length, 0, 0));
+  add_body(assembly, "side/" + family + "/end", place(half_length, 0, 0));
+}
+
+double flat_height(const Scene& scene, const YarnSystem& system) {
+  const double radius = scene.fiber_types[system.type].radius;
+  double low = 0, high = 0;
+  for (const Vec2& c : hexagonal_section(system.n_fibers, system.n_layers, 2 * radius * system.lattice_spacing)) {
+    low = std::min(low, c[1]);
+    high = std::max(high, c[1]);
+  }
+  return high - low + 2 * radius;
+}
+
+void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
+  const Index first_yarn = static_cast<Index>(assembly.mesh.yarns.size());
+  const auto half_length = [](const YarnSystem& yarns, const YarnSystem& crossing) {
+    return 0.5 * crossing.yarn_spacing * (crossing.n_yarns - 1) + yarns.margin;
+  };
+  append_yarn_system(assembly, scene, weave.warp, half_length(weave.warp, weave.weft), true);
+  append_yarn_system(assembly, scene, weave.weft, half_length(weave.weft, weave.warp), false);
+  for (Index i = 0; i < weave.weft.n_yarns; ++i)
+    for (Index j = 0; j < weave.warp.n_yarns; ++j)
+      assembly.crossings.push_back({first_yarn + j, first_yarn + weave.warp.n_yarns + i, weave.warp_above[i][j]});
+  assembly.flat_height = 0.5 * (flat_height(scene, weave.warp) + flat_height(scene, weave.weft));
+}
+
+void append_bodies(Assembly& assembly, const Scene& scene) {
+  for (const BodySpec& spec : scene.bodies) {
+    const Index body = add_body(assembly, spec.name, spec.position);
+    for (const Tie& tie : spec.ties)
+      for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
+        if (matches(tie.fibers, assembly.mesh.yarns[assembly.mesh.yarn_of_fiber[f]].name))
+          assembly.ties.push_back({body, f, tie.end, tie.kind});
+  }
+}
+
+}  // namespace
+
+Assembly assemble_scene(const Scene& scene) {
+  Assembly assembly;
+  for (const FiberSpec& fiber : scene.fibers) {
+    begin_yarn(assembly, fiber.name, YarnFamily::free);
+    append_fiber(assembly, scene, spline_through(fiber.points), fiber.n_elements, fiber.type,
+                 fiber.section_axis.value_or(Vec3::UnitZ()));
+  }
+  for (const BundleSpec& bundle : scene.bundles) append_bundle(assembly, scene, bundle);
+  if (scene.weave) append_weave(assembly, scene, *scene.weave);
+  append_bodies(assembly, scene);
+  return assembly;
+}
+
+}  // namespace trame::micro

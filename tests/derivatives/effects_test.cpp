@@ -1,0 +1,104 @@
+/// \file
+/// Every effect through one harness: its force is the gradient of its energy, its tangent the derivative of its force.
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "micro/contact/contact.h"
+#include "micro/fiber/enriched_beam.h"
+#include "micro/fiber/rod.h"
+#include "micro/rigid/rigid_body.h"
+#include "micro/solve/proximal.h"
+#include "micro/weave/crossing_order.h"
+#include "tests/support/finite_differences.h"
+
+namespace trame::micro {
+namespace {
+
+using test::expect_consistent_derivatives;
+using test::perturbed;
+using test::TwoFibers;
+
+Material isotropic(double e, double nu) { return {"m", e, e, e / (2 * (1 + nu)), nu, nu}; }
+
+TEST(Derivatives, EnrichedBeam) {
+  for (const bool twist_stretch : {false, true}) {
+    TwoFibers scene(FiberModel::enriched);
+    EnrichedBeams beams(scene.field, {isotropic(1, 0.39), isotropic(1, 0.39)}, scene.configuration, twist_stretch);
+    expect_consistent_derivatives(beams, scene.layout, perturbed(scene.layout, scene.state, 0.1, 1));
+  }
+}
+
+TEST(Derivatives, EnrichedBeamTransverselyIsotropic) {
+  TwoFibers scene(FiberModel::enriched);
+  const Material carbon{"carbon", 1, 0.065, 0.12, 0.25, 0.4};
+  EnrichedBeams beams(scene.field, {carbon, carbon}, scene.configuration, false);
+  expect_consistent_derivatives(beams, scene.layout, perturbed(scene.layout, scene.state, 0.1, 2));
+}
+
+TEST(Derivatives, Rod) {
+  TwoFibers scene(FiberModel::rod);
+  Rods rods(scene.field, {isotropic(1, 0.3), isotropic(1, 0.3)});
+  expect_consistent_derivatives(rods, scene.layout, perturbed(scene.layout, scene.state, 0.1, 3));
+}
+
+TEST(Derivatives, ContactAndFriction) {
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
+    TwoFibers scene(model);
+    ContactLaw law;
+    law.friction_coefficient = 0.4;
+    Contact contact(scene.field, law, {1, 1});
+    contact.begin_step(scene.state, 1);
+    contact.update(scene.state);
+    ASSERT_GE(contact.elements().size(), 3u);
+    // Small steps stick, larger ones slide; both branches of the return mapping and of the penalty are met.
+    for (const double amplitude : {0.003, 0.05})
+      expect_consistent_derivatives(contact, scene.layout, perturbed(scene.layout, scene.state, amplitude, 4));
+  }
+}
+
+TEST(Derivatives, CrossingOrder) {
+  TwoFibers scene(FiberModel::rod, TwoFibers::Arrangement::crossed);
+  CrossingOrder order(scene.field, {{0, 1}}, -2, 1.0, 0.03);
+  order.begin_step(scene.state, 1);
+  order.update(scene.state);
+  ASSERT_EQ(order.elements().size(), 1u);
+  expect_consistent_derivatives(order, scene.layout, perturbed(scene.layout, scene.state, 0.05, 5));
+}
+
+TEST(Derivatives, Proximal) {
+  TwoFibers scene(FiberModel::rod);
+  Proximal proximal(scene.layout, 2, 0.3, 0.3);
+  proximal.begin_step(scene.state, 0.5);
+  expect_consistent_derivatives(proximal, scene.layout, perturbed(scene.layout, scene.state, 0.1, 6));
+}
+
+TEST(Derivatives, Ties) {
+  TwoFibers scene(FiberModel::enriched);
+  const Vec3 axis = Vec3(1, 2, -1).normalized();
+  std::vector<TieTerm> terms;
+  terms.push_back({0, {{scene.field.element_node(0, 0), 0}}, true, Vec3(0.2, 0.3, -0.4), Mat3::Identity(), 3});
+  terms.push_back({0, {{scene.field.element_node(0, 0), 1}}, false, Vec3(0.1, 0.9, 0.2), Mat3::Identity(), 2});
+  terms.push_back({1, {{scene.field.last_node(0), 0}, {scene.field.last_node(1), 0}}, true, Vec3(0.5, 0.1, 0.7),
+                   Mat3::Identity() - axis * axis.transpose(), 5});
+  Ties ties(scene.layout, scene.bodies, terms);
+  ties.begin_step(scene.state, 1);
+  expect_consistent_derivatives(ties, scene.layout, perturbed(scene.layout, scene.state, 0.2, 7));
+}
+
+TEST(Derivatives, Follow) {
+  TwoFibers scene(FiberModel::rod);
+  Follow follow(scene.bodies, {{1, 0, 2, {Vec3(0.1, 0.2, 0.3), Mat3::Identity()}, Vec3(1, -2, 0.5), 4.0}});
+  expect_consistent_derivatives(follow, scene.layout, perturbed(scene.layout, scene.state, 0.3, 8));
+}
+
+TEST(Derivatives, BodyForces) {
+  TwoFibers scene(FiberModel::rod);
+  BodyLoads loads(scene.bodies, {{0, BodyDof::y, 1.0, 3.0}, {1, BodyDof::z, 0.0, -2.0}});
+  loads.begin_step(scene.state, 0.25);
+  expect_consistent_derivatives(loads, scene.layout, perturbed(scene.layout, scene.state, 0.3, 9));
+}
+
+}  // namespace
+}  // namespace trame::micro
