@@ -23,7 +23,7 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
   if (!model.contact) return record;
   for (const ContactElement& e : model.contact->elements()) {
     const Vec3 a = e.a.evaluate(model.layout, state), b = e.b.evaluate(model.layout, state);
-    const double gap = e.gap(b - a);
+    const double gap = e.gap(model.layout, state);
     record.fiber_a.push_back(e.fiber_a);
     record.fiber_b.push_back(e.fiber_b);
     record.s_a.push_back(e.s_a * scales.length);

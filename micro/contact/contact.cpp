@@ -43,6 +43,8 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   e.s_a = p.s_a;
   e.s_b = p.s_b;
   e.length = p.length;
+  e.radius_a = field_.mesh().radius[p.fiber_a];
+  e.radius_b = field_.mesh().radius[p.fiber_b];
   const double distance = p.chord.norm();
   e.normal = distance > 0 ? Vec3(p.chord / distance) : Vec3::UnitZ();
   // Axes nearer than 5 % of a radius give no reliable direction: keep the one that the pair had.
@@ -69,7 +71,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   if (law_.friction) {
     const Layout& layout = field_.layout();
     e.x_start = e.relative_position(layout, start_);
-    e.normal_force_lagged = penalty_force(e.gap(e.relative_position(layout, state)), e.penalty, regularisation(e));
+    e.normal_force_lagged = penalty_force(e.gap(layout, state), e.penalty, regularisation(e));
     e.slip_limit = law_.friction_coefficient * e.normal_force_lagged;
     e.tangential_stiffness = e.slip_limit / (law_.reversible_slip * mean_radius(p.fiber_a, p.fiber_b));
     if (known) e.traction_start = e.tangential(known->traction);
@@ -97,8 +99,8 @@ void Contact::add(const State& state, Assembler& assembler) const {
 double Contact::energy(const State& state) const {
   double sum = 0;
   for (const ContactElement& e : elements_) {
-    const Vec3 x = e.relative_position(field_.layout(), state);
-    sum += penalty_energy(e.gap(x), e.penalty, regularisation(e)) + friction(e, x).energy;
+    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e)) +
+           friction(e, e.relative_position(field_.layout(), state)).energy;
   }
   return sum;
 }
@@ -106,7 +108,7 @@ double Contact::energy(const State& state) const {
 double Contact::max_penetration_over_radius(const State& state) const {
   double largest = 0;
   for (const ContactElement& e : elements_)
-    largest = std::max(largest, -e.gap(e.relative_position(field_.layout(), state)) / mean_radius(e.fiber_a, e.fiber_b));
+    largest = std::max(largest, -e.gap(field_.layout(), state) / mean_radius(e.fiber_a, e.fiber_b));
   return largest;
 }
 
@@ -141,7 +143,7 @@ void Contact::adapt_penalties(const State& state) {
            elements_[end].fiber_b == first.fiber_b &&
            (end == begin || elements_[end].s_a - elements_[end - 1].s_a < 2 * first.length)) {
       const ContactElement& e = elements_[end++];
-      penetration = std::max(penetration, -e.gap(e.relative_position(field_.layout(), state)));
+      penetration = std::max(penetration, -e.gap(field_.layout(), state));
       scale = std::max(scale, e.penalty_scale);
     }
     const double ratio = penetration / regularisation(first);

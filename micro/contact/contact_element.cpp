@@ -22,31 +22,77 @@ Friction friction(const ContactElement& element, const Vec3& relative_position) 
   return f;
 }
 
+Touch touch(const FiberPoint& particle, double radius, const Vec3& outward, const Layout& layout, const State& state) {
+  Touch t{particle, {}, 0};
+  if (particle.n_vectors < 3) return t;
+  Vec2 w = Vec2::Zero();
+  const Vec3* q = state.q.data() + layout.first_vector(particle.first_node);
+  for (int a = 0; a < particle.n_nodes; ++a)
+    for (int v = 0; v < 2; ++v) w[v] += particle.weight[a][0] * outward.dot(q[3 * a + 1 + v]);
+  const double size = w.norm();
+  if (size == 0) return t;  // a section seen edge on has no outermost particle
+  const Vec2 xi = radius / size * w;
+  t.turn = particle;
+  for (int a = 0; a < particle.n_nodes; ++a) {
+    const double n = particle.weight[a][0];
+    t.point.weight[a] = {n, n * xi[0], n * xi[1]};
+    t.turn.weight[a] = {0, -n * xi[1], n * xi[0]};
+  }
+  t.curvature = 1 / (radius * size);
+  return t;
+}
+
+double ContactElement::gap(const Layout& layout, const State& state) const {
+  const Vec3 x_a = touch(a, radius_a, normal, layout, state).point.evaluate(layout, state);
+  const Vec3 x_b = touch(b, radius_b, -normal, layout, state).point.evaluate(layout, state);
+  return normal.dot(x_b - x_a) - offset;
+}
+
 namespace {
 
-struct Side {
-  const FiberPoint* point;
-  double sign;
+/// Two signed linear forms of the unknowns, sign_a·a + sign_b·b.
+struct LinearForm {
+  std::array<const FiberPoint*, 2> point;
+  std::array<double, 2> sign;
 };
 
-/// K += wᵢ wⱼ M for two node ranges; only blocks of owned columns.
-void add_block(const Side& row_side, int row_node, const Side& column_side, int column_node, const Mat3& m,
+void add_force(const LinearForm& form, const Vec3& force, Assembler& assembler) {
+  for (int side = 0; side < 2; ++side) {
+    const FiberPoint& p = *form.point[side];
+    for (int n = 0; n < p.n_nodes; ++n)
+      for (int v = 0; v < p.n_vectors; ++v)
+        assembler.add_force(p.first_node + n, v, form.sign[side] * p.weight[n][v] * force);
+  }
+}
+
+/// The block of node `row` of p and node `column` of q += factor wᵢ wⱼ M.
+void add_block(const FiberPoint& p, int row, const FiberPoint& q, int column, double factor, const Mat3& m,
                Assembler& assembler) {
-  const FiberPoint &p = *row_side.point, &q = *column_side.point;
-  const Index i = p.first_node + row_node, j = q.first_node + column_node;
+  const Index i = p.first_node + row, j = q.first_node + column;
   if (i < j || !assembler.owns(j)) return;
   const auto block = assembler.block(i, j);
-  const double sign = row_side.sign * column_side.sign;
-  for (int w = 0; w < q.n_vectors; ++w) {
-    const double weight_w = sign * q.weight[column_node][w];
+  for (int w = 0; w < q.n_vectors; ++w)
     for (int v = 0; v < p.n_vectors; ++v) {
-      const double weight = weight_w * p.weight[row_node][v];
+      const double weight = factor * q.weight[column][w] * p.weight[row][v];
       for (int c = 0; c < 3; ++c) {
-        double* column = block.data + static_cast<std::size_t>(3 * w + c) * block.stride + 3 * v;
-        for (int r = 0; r < 3; ++r) column[r] += weight * m(r, c);
+        double* values = block.data + static_cast<std::size_t>(3 * w + c) * block.stride + 3 * v;
+        for (int r = 0; r < 3; ++r) values[r] += weight * m(r, c);
       }
     }
-  }
+}
+
+/// K += (form formᵀ) ⊗ M.
+void add_tangent(const LinearForm& form, const Mat3& m, Assembler& assembler) {
+  for (int row = 0; row < 2; ++row)
+    for (int column = 0; column < 2; ++column)
+      for (int i = 0; i < form.point[row]->n_nodes; ++i)
+        for (int j = 0; j < form.point[column]->n_nodes; ++j)
+          add_block(*form.point[row], i, *form.point[column], j, form.sign[row] * form.sign[column], m, assembler);
+}
+
+void add_tangent(const FiberPoint& point, const Mat3& m, Assembler& assembler) {
+  for (int i = 0; i < point.n_nodes; ++i)
+    for (int j = 0; j < point.n_nodes; ++j) add_block(point, i, point, j, 1, m, assembler);
 }
 
 }  // namespace
@@ -56,26 +102,29 @@ void add_contact_element(const ContactElement& e, const Layout& layout, const St
   if (!assembler.touches(e.a.first_node, e.a.first_node + e.a.n_nodes - 1) &&
       !assembler.touches(e.b.first_node, e.b.first_node + e.b.n_nodes - 1))
     return;
-  const Vec3 x = e.relative_position(layout, state);
-  const double gap = e.gap(x);
-  const Friction f = friction(e, x);
-  if (gap >= 0 && f.stiffness_across == 0) return;
-
-  const Vec3 force = -penalty_force(gap, e.penalty, p_reg) * e.normal + f.force;
-  const std::array<Side, 2> sides = {{{&e.a, -1.0}, {&e.b, 1.0}}};
-  for (const Side& side : sides)
-    for (int n = 0; n < side.point->n_nodes; ++n)
-      for (int v = 0; v < side.point->n_vectors; ++v)
-        assembler.add_force(side.point->first_node + n, v, side.sign * side.point->weight[n][v] * force);
-  if (!assembler.wants_tangent()) return;
-
+  const Touch a = touch(e.a, e.radius_a, e.normal, layout, state);
+  const Touch b = touch(e.b, e.radius_b, -e.normal, layout, state);
+  const double gap = e.normal.dot(b.point.evaluate(layout, state) - a.point.evaluate(layout, state)) - e.offset;
+  const LinearForm normal_form{{&a.point, &b.point}, {-1, 1}}, slip_form{{&e.a, &e.b}, {-1, 1}};
+  const double f = penalty_force(gap, e.penalty, p_reg);
   const Mat3 nn = e.normal * e.normal.transpose();
-  const Mat3 m = penalty_stiffness(gap, e.penalty, p_reg) * nn + f.stiffness_across * (Mat3::Identity() - nn) +
-                 (f.stiffness_along - f.stiffness_across) * f.direction * f.direction.transpose();
-  for (const Side& row : sides)
-    for (const Side& column : sides)
-      for (int i = 0; i < row.point->n_nodes; ++i)
-        for (int j = 0; j < column.point->n_nodes; ++j) add_block(row, i, column, j, m, assembler);
+  if (f > 0) {
+    add_force(normal_form, -f * e.normal, assembler);
+    if (assembler.wants_tangent()) {
+      add_tangent(normal_form, penalty_stiffness(gap, e.penalty, p_reg) * nn, assembler);
+      // −f ∇²g: the outline's curvature, which keeps sections from spinning under pressure.
+      if (a.curvature > 0) add_tangent(a.turn, f * a.curvature * nn, assembler);
+      if (b.curvature > 0) add_tangent(b.turn, f * b.curvature * nn, assembler);
+    }
+  }
+  if (e.tangential_stiffness <= 0) return;
+  const Friction t = friction(e, e.relative_position(layout, state));
+  add_force(slip_form, t.force, assembler);
+  if (!assembler.wants_tangent()) return;
+  add_tangent(slip_form,
+              t.stiffness_across * (Mat3::Identity() - nn) +
+                  (t.stiffness_along - t.stiffness_across) * t.direction * t.direction.transpose(),
+              assembler);
 }
 
 void announce_contact_element(const ContactElement& e, Pattern::Builder& builder) {

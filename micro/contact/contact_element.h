@@ -23,13 +23,18 @@ namespace trame::micro {
   return p <= 0 ? 0 : p < p_reg ? k * p * p * p / (6 * p_reg) : k * (0.5 * p * p - 0.5 * p * p_reg + p_reg * p_reg / 6);
 }
 
-/// A pair of particles that may touch. The gap n·(x_b − x_a) − offset is linear in the unknowns while n and the particles are frozen.
+/// A pair of particles that may touch. While n and the arc lengths are frozen, the gap is
+///   g = n·(r_b − r_a) − R_a |w_a| − R_b |w_b| − offset,   w = (n·g₁, n·g₂),
+/// R |w| being the support function of a section in direction n: its outline may turn without changing the gap. (With particles
+/// fixed on the outline instead, a squeezed fiber gains energy by spinning out of the way, which only torsion resists.)
+/// Slip is that of the frozen particles a and b.
 struct ContactElement {
   Index fiber_a = 0, fiber_b = 0;
   double s_a = 0, s_b = 0;            ///< arc lengths of the particles
   FiberPoint a, b;
+  double radius_a = 0, radius_b = 0;
   Vec3 normal = Vec3::UnitZ();        ///< from a to b
-  double offset = 0;                  ///< distance of the particles along n at zero gap (radii of rods)
+  double offset = 0;                  ///< distance along n at zero gap beyond what the sections account for (radii of rods)
   double length = 0;                  ///< length of fiber that the element stands for
   double penalty = 0;                 ///< k, force over length
   double penalty_scale = 1;           ///< adapted factor that `penalty` includes
@@ -40,12 +45,22 @@ struct ContactElement {
   double slip_limit = 0;              ///< µ N, lagged
   double normal_force_lagged = 0;     ///< N
 
+  /// x_b − x_a of the frozen particles.
   [[nodiscard]] Vec3 relative_position(const Layout& layout, const State& state) const {
     return b.evaluate(layout, state) - a.evaluate(layout, state);
   }
-  [[nodiscard]] double gap(const Vec3& relative_position) const { return normal.dot(relative_position) - offset; }
+  [[nodiscard]] double gap(const Layout& layout, const State& state) const;
   [[nodiscard]] Vec3 tangential(const Vec3& v) const { return v - normal * normal.dot(v); }
 };
+
+/// The outermost particle of a section in a direction, at the current state.
+struct Touch {
+  FiberPoint point;        ///< (s, ξ) with ξ = R w/|w|; for rods the point of the centre line
+  FiberPoint turn;         ///< its derivative by the angle on the outline
+  double curvature = 0;    ///< 1/(R |w|): weight of turn turnᵀ in the Hessian of the support function; 0 for rods
+};
+[[nodiscard]] Touch touch(const FiberPoint& particle, double radius, const Vec3& outward, const Layout& layout,
+                          const State& state);
 
 /// Friction at a relative position: return mapping of the trial force on b onto the disc of radius µN.
 struct Friction {

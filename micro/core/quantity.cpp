@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <udunits2.h>
 
+#include <algorithm>
 #include <cassert>
 #include <charconv>
 #include <cmath>
@@ -18,12 +19,20 @@ namespace {
 using Unit = std::unique_ptr<ut_unit, decltype(&ut_free)>;
 using Converter = std::unique_ptr<cv_converter, decltype(&cv_free)>;
 
-ut_system* unit_system() {
-  static const std::unique_ptr<ut_system, decltype(&ut_free_system)> system = [] {
-    ut_set_error_message_handler(ut_ignore);  // the default writes to stderr
-    return std::unique_ptr<ut_system, decltype(&ut_free_system)>(ut_read_xml(nullptr), ut_free_system);
-  }();
+using UnitSystem = std::unique_ptr<ut_system, decltype(&ut_free_system)>;
+
+/// The units of UDUNITS, and "deg", which it only knows as degree, arc_degree or °.
+UnitSystem load_units() {
+  ut_set_error_message_handler(ut_ignore);  // the default writes to stderr
+  UnitSystem system(ut_read_xml(nullptr), ut_free_system);
   if (!system) throw InputError("the unit database of UDUNITS (udunits2.xml) cannot be read: is it installed?");
+  const Unit degree(ut_get_unit_by_name(system.get(), "arc_degree"), ut_free);
+  if (degree) ut_map_name_to_unit("deg", UT_ASCII, degree.get());
+  return system;
+}
+
+ut_system* unit_system() {
+  static const UnitSystem system = load_units();
   return system.get();
 }
 
@@ -36,14 +45,27 @@ bool is_angular(const ut_unit* unit) {
   return length > 0 && std::string_view(text, std::min<std::size_t>(length, sizeof text)).find("rad") != std::string_view::npos;
 }
 
-/// How many `to` one `from` is, or 0 where they do not convert. UDUNITS itself would also convert reciprocals (s to Hz),
-/// angles to numbers and shifted scales (m from 10).
-double conversion_factor(const ut_unit* from, const ut_unit* to) {
-  const Unit quotient(ut_divide(from, to), ut_free);
-  if (!quotient || !ut_is_dimensionless(quotient.get()) || is_angular(from) != is_angular(to)) return 0;
+/// Whether one unit is a multiple of the other. UDUNITS itself also converts reciprocals (s to Hz), angles to numbers and
+/// scales with another zero (m from 10).
+bool are_multiples(ut_unit* a, ut_unit* b) {
+  const Unit quotient(ut_divide(a, b), ut_free);
+  if (!quotient || !ut_is_dimensionless(quotient.get()) || is_angular(a) != is_angular(b)) return false;
+  const Converter converter(ut_get_converter(a, b), cv_free);
+  return converter && cv_convert_double(converter.get(), 0.0) == 0;
+}
+
+/// How many `to` one `from` is.
+double conversion_factor(ut_unit* from, ut_unit* to) {
   const Converter converter(ut_get_converter(from, to), cv_free);
-  if (!converter || cv_convert_double(converter.get(), 0.0) != 0) return 0;
   return cv_convert_double(converter.get(), 1.0);
+}
+
+/// Whether a number stands where a unit should, which UDUNITS takes for a factor: "m 3", "3/m".
+bool has_number(std::string_view unit) {
+  constexpr std::string_view separators = " \t.*/", number_starts = "0123456789+-";
+  for (std::size_t i = 0; i < unit.size(); ++i)
+    if (number_starts.find(unit[i]) != unit.npos && (i == 0 || separators.find(unit[i - 1]) != unit.npos)) return true;
+  return false;
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -66,14 +88,15 @@ double parse_quantity(std::string_view text, std::string_view si_unit) {
   if (unit_text.empty()) throw InputError("the unit is missing");
   const Unit expected = parse_unit(std::string(si_unit));
   assert(expected && "si_unit must be known to UDUNITS");
-  // A second number would be taken for a factor.
-  const bool starts_like_number = std::string_view("0123456789.+-").find(unit_text.front()) != std::string_view::npos;
-  const Unit unit = starts_like_number ? Unit(nullptr, ut_free) : parse_unit(unit_text);
+  const Unit unit = has_number(unit_text) ? Unit(nullptr, ut_free) : parse_unit(unit_text);
   if (!unit) throw InputError(fmt::format("\"{}\" is not a unit", unit_text));
+  if (!are_multiples(unit.get(), expected.get()))
+    throw InputError(fmt::format("\"{}\" does not convert to {}", unit_text, si_unit));
+  // A small unit divides, because 10^6 is a double and 10^-6 is not: "19 um" is the double nearest to 19e-6.
   const double factor = conversion_factor(unit.get(), expected.get());
-  if (!(factor > 0)) throw InputError(fmt::format("\"{}\" does not convert to {}", unit_text, si_unit));
-  if (!std::isfinite(value * factor)) throw InputError("the number is not finite");
-  return value * factor;
+  const double si = factor < 1 ? value / conversion_factor(expected.get(), unit.get()) : value * factor;
+  if (!std::isfinite(si)) throw InputError("the number is not finite");
+  return si;
 }
 
 }  // namespace trame

@@ -23,7 +23,7 @@ struct Key {
   std::string allowed;   ///< kind, range and unit, in words
   std::string meaning;
   bool required = false;
-  std::string fallback;  ///< value where the key is left out; empty: none
+  std::string fallback;  ///< what holds where the key is left out, in words
   std::function<void(const SceneValue&, T&)> read;
 
   /// Marks the key as one that the table must have.
@@ -31,7 +31,7 @@ struct Key {
     required = true;
     return std::move(*this);
   }
-  /// What happens without the key, for one whose fallback is not a value.
+  /// Tells what holds without the key, where a default value does not.
   [[nodiscard]] Key otherwise(std::string text) && {
     fallback = std::move(text);
     return std::move(*this);
@@ -137,7 +137,7 @@ template <class T, class V, class Field>
   T fresh{};
   std::string fallback;
   using Stored = std::remove_cvref_t<decltype(std::invoke(field, fresh))>;
-  if constexpr (!detail::IsOptional<Stored>::value) fallback = kind.show(std::invoke(field, fresh));
+  if constexpr (!detail::IsOptional<Stored>::value) fallback = "default: " + kind.show(std::invoke(field, fresh));
   const auto read = [field, read_value = kind.read](const SceneValue& value, T& target) {
     std::invoke(field, target) = read_value(value);
   };

@@ -13,7 +13,7 @@ Kind<std::vector<Vec3>> points() { return list(vector(length)); }
 }  // namespace
 
 std::vector<Key<Scene>> scene_keys() {
-  return {key<Scene>("title", &Scene::title, free_text(), "what the scene shows").otherwise("none")};
+  return {key<Scene>("title", &Scene::title, free_text(), "what the scene shows").otherwise("default: none")};
 }
 
 std::vector<Key<MaterialInput>> material_keys() {
@@ -56,7 +56,7 @@ std::vector<Key<FiberSpec>> fiber_keys(const Names& fiber_types) {
           key<T>("points", &T::points, points(), "at least two; cubic spline through them, free of stress").needed(),
           key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along the fiber").needed(),
           key<T>("section_axis", &T::section_axis, vector(plain_number),
-                 "direction of the first section vector at the start").otherwise("any")};
+                 "direction of the first section vector at the start").otherwise("default: any")};
 }
 
 std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types) {
@@ -67,7 +67,7 @@ std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types) {
           key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
           key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in the bundle").needed(),
           key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the height, at most all")
-              .otherwise("as round as it gets"),
+              .otherwise("default: as round as it gets"),
           key<T>("lattice_spacing", &T::lattice_spacing, number(at_least(1)), "distance of fiber axes, in diameters"),
           key<T>("twist", &T::twist, number(any()), "turns over the length, free of stress")};
 }
@@ -76,17 +76,17 @@ std::vector<Key<WeaveInput>> weave_keys() {
   using T = WeaveInput;
   const Kind<std::string> pattern = {allowed_names({"plain", "twill", "satin"}),
                                      [](const SceneValue& v) { return v.one_of({"plain", "twill", "satin"}); }, {}};
-  return {key<T>("pattern", &T::pattern, pattern, "named pattern, repeated over the yarns").otherwise("needs matrix"),
+  return {key<T>("pattern", &T::pattern, pattern, "named pattern, repeated over the yarns").otherwise("this or matrix"),
           key<T>("matrix", &T::matrix, unread("rows of equal length of 0 and 1, such as [[1, 0], [0, 1]]"),
                  "own pattern, repeated over the yarns: a row for each weft yarn, 1 where the warp yarn passes above")
-              .otherwise("needs pattern"),
+              .otherwise("this or pattern"),
           key<T>("repeat", &T::repeat, unread("floats above and below by turns, such as \"2/2\" or \"3/1/1/1\""),
-                 "of a twill, along a warp yarn").otherwise("\"2/2\""),
+                 "of a twill, along a warp yarn").otherwise("default: \"2/2\""),
           key<T>("harnesses", &T::harnesses, unread(allowed_integer(at_least(5))), "of a satin: yarns in a repeat")
-              .otherwise("5"),
+              .otherwise("default: 5"),
           key<T>("step", &T::step, unread(allowed_integer(at_least(2))),
                  "of a satin: from one interlacing to the next; at most harnesses - 2, without a common divisor")
-              .otherwise("2")};
+              .otherwise("default: 2")};
 }
 
 std::vector<Key<YarnSystem>> yarn_keys(const Names& fiber_types) {
@@ -95,7 +95,7 @@ std::vector<Key<YarnSystem>> yarn_keys(const Names& fiber_types) {
           key<T>("yarns", &T::n_yarns, integer(at_least(1)), "number of yarns").needed(),
           key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in each yarn").needed(),
           key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the flat yarn's height, at most all")
-              .otherwise("as round as it gets"),
+              .otherwise("default: as round as it gets"),
           key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
           key<T>("yarn_spacing", &T::yarn_spacing, quantity(length, above(0)),
                  "distance of neighbouring yarn axes (1/sett); at least the width of a yarn").needed(),
@@ -124,11 +124,11 @@ std::vector<Key<Stage>> stage_keys() {
   return {key<T>("name", &T::name, new_name(), "name of the stage").needed(),
           key<T>("increments", &T::n_increments, integer(at_least(1)), "wanted; they are cut where they fail"),
           key<T>("separate_yarns", &T::separate_yarns, boolean(), "impose the crossing order of the weave"),
-          key<T>("friction", &T::friction, boolean(), "friction in this stage").otherwise("as in [effects]"),
+          key<T>("friction", &T::friction, boolean(), "friction in this stage").otherwise("default: as in [effects]"),
           key<T>("proximal_start", &T::proximal_start, number(at_least(0)), "damping at the start, in E A / L per node"),
           key<T>("proximal_end", &T::proximal_end, number(at_least(0)), "damping at the end"),
           key<T>("fiber_model", &T::fiber_model, fiber_model(), "model of every fiber in this stage")
-              .otherwise("as in [fiber_type.NAME]"),
+              .otherwise("default: as in [fiber_type.NAME]"),
           key<T>("save_every", &T::save_every, integer(at_least(1)), "increments from one saved state to the next")};
 }
 
@@ -142,14 +142,14 @@ std::vector<Key<DriveInput>> drive_keys(const Names& bodies) {
   return {key<T>("bodies", &T::bodies, list(wildcard("a body", bodies), true), "what is driven").needed(),
           key<T>("dof", &T::dofs, list(dof, true), "along or about which axis").needed(),
           key<T>("displacement", &T::displacement, unread(either(length, angle)), "reached at the end, from the stage's start")
-              .otherwise("one of these four"),
+              .otherwise("one of the four"),
           key<T>("force", &T::force, unread(either(force, moment)), "reached at the end, from the reaction at the start")
-              .otherwise("one of these four"),
+              .otherwise("one of the four"),
           key<T>("strain", &T::strain, unread(allowed_quantity(ratio, any())),
                  "displacement over the body's coordinate at the stage's start; translations only")
-              .otherwise("one of these four"),
+              .otherwise("one of the four"),
           key<T>("follow", &T::follow, unread("the name of another body"), "moves rigidly with it; translations only")
-              .otherwise("one of these four")};
+              .otherwise("one of the four")};
 }
 
 std::vector<Key<Scene>> effect_keys() {
@@ -159,9 +159,9 @@ std::vector<Key<Scene>> effect_keys() {
           key<Scene>("self_contact", [](auto& s) -> auto& { return s.contact.self_contact; }, boolean(),
                      "of a fiber with itself; needs contact"),
           key<Scene>("friction", [](auto& s) -> auto& { return s.contact.friction; }, boolean(),
-                     "Coulomb friction; needs contact").otherwise("true with contact"),
+                     "Coulomb friction; needs contact").otherwise("default: true with contact"),
           key<Scene>("adapt_penalty", [](auto& s) -> auto& { return s.contact.adapt_penalty; }, boolean(),
-                     "contact stiffness follows the target penetration; needs contact").otherwise("true with contact"),
+                     "contact stiffness follows the target penetration; needs contact").otherwise("default: true with contact"),
           key<Scene>("twist_stretch", &Scene::twist_stretch, boolean(),
                      "coupling of twist and stretch; needs fibers of the enriched model")};
 }

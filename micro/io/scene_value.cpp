@@ -25,17 +25,23 @@ std::string Range::text() const {
   return from + (low && high ? " and " : "") + to;
 }
 
-std::string allowed_quantity(const Measure& measure, const Range& range) {
-  std::string allowed(measure.noun);
-  if (const std::string limits = range.text(); !limits.empty()) allowed += " " + limits;
-  if (!measure.example.empty()) allowed += fmt::format(" with its unit, such as \"{}\"", measure.example);
-  return allowed;
+namespace {
+
+/// "a length" and "greater than 0", "an integer" and "of at least 1".
+std::string with_range(std::string_view noun, const Range& range) {
+  const std::string limits = range.text();
+  if (limits.empty()) return std::string(noun);
+  return fmt::format("{} {}{}", noun, range.low && !range.low_open ? "of " : "", limits);
 }
 
-std::string allowed_integer(const Range& range) {
-  const std::string limits = range.text();
-  return limits.empty() ? "an integer" : "an integer of " + limits;
+}  // namespace
+
+std::string allowed_quantity(const Measure& measure, const Range& range) {
+  const std::string allowed = with_range(measure.noun, range);
+  return measure.example.empty() ? allowed : fmt::format("{} with its unit, such as \"{}\"", allowed, measure.example);
 }
+
+std::string allowed_integer(const Range& range) { return with_range("an integer", range); }
 
 std::string allowed_names(const std::vector<std::string>& names) {
   std::string text;

@@ -20,7 +20,7 @@ struct Measure {
   std::string_view example;  ///< empty for plain numbers
 };
 inline constexpr Measure plain_number{"1", "a number", ""};
-inline constexpr Measure ratio{"1", "a number, or a text such as \"2 %\",", ""};
+inline constexpr Measure ratio{"1", "a number or a text such as \"2 %\"", ""};
 inline constexpr Measure length{"m", "a length", "19 um"};
 inline constexpr Measure angle{"rad", "an angle", "45 deg"};
 inline constexpr Measure pressure{"Pa", "a modulus", "3 GPa"};

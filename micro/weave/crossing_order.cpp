@@ -69,7 +69,7 @@ void CrossingOrder::update(const State& state) {
       e.s_b = s_b;
       e.normal = -Vec3::UnitZ();
       e.offset = depth_ * reach;
-      if (e.gap(chord) > 0.5 * reach) return;  // far from being active
+      if (e.normal.dot(chord) - e.offset > 0.5 * reach) return;  // far from being active
       e.a = field_.particle(a, s_a, Vec2::Zero());
       e.b = field_.particle(b, s_b, Vec2::Zero());
       e.length = reach;
@@ -91,7 +91,7 @@ void CrossingOrder::add(const State& state, Assembler& assembler) const {
 double CrossingOrder::energy(const State& state) const {
   double sum = 0;
   for (const ContactElement& e : elements_)
-    sum += penalty_energy(e.gap(e.relative_position(field_.layout(), state)), e.penalty, p_reg_);
+    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, p_reg_);
   return sum;
 }
 

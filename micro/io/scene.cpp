@@ -1,0 +1,204 @@
+#include "micro/io/scene.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "micro/core/error.h"
+#include "micro/io/scene_stages.h"
+#include "micro/io/scene_tables.h"
+#include "micro/io/scene_weave.h"
+
+namespace trame::micro {
+
+namespace {
+
+const Names tables = {"material", "fiber_type", "fiber", "bundle", "weave", "body", "stage", "effects", "contact", "solver"};
+
+/// The compliance of a transversely isotropic material is positive definite.
+void check_stability(const SceneValue& table, const Material& m) {
+  const double ratio = m.young_modulus_axial / m.young_modulus_transverse;
+  if (m.poisson_ratio_transverse + 2 * m.poisson_ratio_axial * m.poisson_ratio_axial / ratio >= 1)
+    table.find("poisson_ratio_transverse")
+        ->fail("must be less than 1 - 2 poisson_ratio_axial² young_modulus_transverse / young_modulus_axial, "
+               "or the material is unstable");
+}
+
+Material read_material(const SceneValue& table) {
+  Material material;
+  MaterialInput input;
+  const auto model = table.find("model");
+  const auto model_key = material_keys().front();
+  if (!model) table.fail_missing("model", model_key.allowed);
+  model_key.read(*model, input);
+  if (input.model == MaterialModel::isotropic) {
+    IsotropicInput isotropic;
+    read_table(table, isotropic_keys(), {"model"}, isotropic);
+    const double e = isotropic.young_modulus, nu = isotropic.poisson_ratio;
+    material = {"", e, e, e / (2 * (1 + nu)), nu, nu};
+  } else {
+    read_table(table, transversely_isotropic_keys(), {"model"}, material);
+    check_stability(table, material);
+  }
+  material.name = table.own_name();
+  return material;
+}
+
+FiberType read_fiber_type(const SceneValue& table, const Names& materials) {
+  FiberTypeInput input;
+  read_table(table, fiber_type_keys(materials), {}, input);
+  input.type.name = table.own_name();
+  input.type.radius = input.diameter / 2;
+  return input.type;
+}
+
+template <class T>
+Names names_of(const std::vector<T>& things) {
+  Names names;
+  for (const T& thing : things) names.push_back(thing.name);
+  return names;
+}
+
+void read_types(const SceneValue& root, Scene& scene) {
+  if (const auto materials = root.find("material"))
+    for (const SceneValue& table : materials->children()) scene.materials.push_back(read_material(table));
+  const Names materials = names_of(scene.materials);
+  if (const auto types = root.find("fiber_type"))
+    for (const SceneValue& table : types->children()) scene.fiber_types.push_back(read_fiber_type(table, materials));
+}
+
+void check_points(const SceneValue& table, const std::vector<Vec3>& points) {
+  const SceneValue value = *table.find("points");
+  if (points.size() < 2) value.fail("must be a list of at least two points");
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (points[i] == points[i - 1]) value.fail(fmt::format("points {} and {} must not coincide", i, i + 1));
+}
+
+void read_fibers(const SceneValue& root, Scene& scene, Names& known) {
+  const auto fibers = root.find("fiber");
+  if (!fibers) return;
+  for (const SceneValue& table : fibers->tables()) {
+    FiberSpec& fiber = scene.fibers.emplace_back();
+    read_table(table, fiber_keys(names_of(scene.fiber_types)), {}, fiber);
+    add_new_name(*table.find("name"), fiber.name, known);
+    check_points(table, fiber.points);
+    if (!fiber.section_axis) continue;
+    if (fiber.section_axis->cross(fiber.points[1] - fiber.points[0]).norm() <=
+        1e-6 * fiber.section_axis->norm() * (fiber.points[1] - fiber.points[0]).norm())
+      table.find("section_axis")->fail("must not be zero or along the fiber");
+  }
+}
+
+void read_bundles(const SceneValue& root, Scene& scene, Names& known) {
+  const auto bundles = root.find("bundle");
+  if (!bundles) return;
+  for (const SceneValue& table : bundles->tables()) {
+    BundleSpec& bundle = scene.bundles.emplace_back();
+    read_table(table, bundle_keys(names_of(scene.fiber_types)), {}, bundle);
+    add_new_name(*table.find("name"), bundle.name, known);
+    check_points(table, bundle.points);
+    if (bundle.n_layers > bundle.n_fibers) table.find("layers")->fail("must be at most the number of fibers");
+  }
+}
+
+void read_effects(const SceneValue& root, Scene& scene) {
+  ContactSettings& contact = scene.contact;
+  const auto effects = root.find("effects");
+  const auto given = [&](const char* name) { return effects ? effects->find(name) : std::nullopt; };
+  if (effects) read_table(*effects, effect_keys(), {}, scene);
+  if (contact.scope == ContactScope::none) {
+    for (const char* name : {"self_contact", "friction", "adapt_penalty"})
+      if (const auto value = given(name); value && value->boolean())
+        value->fail("has no effect, because effects.contact is \"none\"");
+    contact.self_contact = contact.friction = contact.adapt_penalty = false;
+  }
+  const auto settings = root.find("contact");
+  if (!settings) return;
+  read_table(*settings, contact_keys(), {}, contact);
+  if (contact.scope == ContactScope::none)
+    for (const SceneValue& value : settings->children())
+      value.fail("has no effect, because effects.contact is \"none\"");
+  if (!contact.friction)
+    for (const char* name : {"friction_coefficient", "reversible_slip"})
+      if (const auto value = settings->find(name)) value->fail("has no effect, because effects.friction is false");
+}
+
+/// Whether any fiber is an enriched beam in any stage.
+bool has_enriched_fibers(const Scene& scene) {
+  const auto enriched = [&](Index type) { return scene.fiber_types[type].model == FiberModel::enriched; };
+  bool by_type = scene.weave && (enriched(scene.weave->warp.type) || enriched(scene.weave->weft.type));
+  for (const FiberSpec& fiber : scene.fibers) by_type = by_type || enriched(fiber.type);
+  for (const BundleSpec& bundle : scene.bundles) by_type = by_type || enriched(bundle.type);
+  if (scene.stages.empty()) return by_type;
+  for (const Stage& stage : scene.stages)
+    if (stage.fiber_model ? *stage.fiber_model == FiberModel::enriched : by_type) return true;
+  return false;
+}
+
+/// What only enriched beams have is an error without them.
+void check_enriched_only(const SceneValue& root, const Scene& scene) {
+  if (has_enriched_fibers(scene)) return;
+  constexpr const char* complaint = "has no effect, because no fiber is of the enriched model in any stage";
+  if (scene.twist_stretch) root.find("effects")->find("twist_stretch")->fail(complaint);
+  if (const auto fibers = root.find("fiber"))
+    for (const SceneValue& table : fibers->tables())
+      if (const auto axis = table.find("section_axis")) axis->fail(complaint);
+}
+
+/// Nodes are counted in 32 bits, and so are their dofs. Counted in floating point, which cannot overflow here.
+void check_size(const SceneValue& root, const Scene& scene) {
+  double n_nodes = 0;
+  const auto add = [&](double n_fibers, Index n_elements) { n_nodes += n_fibers * (2.0 * n_elements + 1); };
+  for (const FiberSpec& fiber : scene.fibers) add(1, fiber.n_elements);
+  for (const BundleSpec& bundle : scene.bundles) add(bundle.n_fibers, bundle.n_elements);
+  if (scene.weave)
+    for (const YarnSystem& system : {scene.weave->warp, scene.weave->weft})
+      add(static_cast<double>(system.n_yarns) * system.n_fibers, system.n_elements);
+  constexpr double most_nodes = 1e8;
+  if (n_nodes == 0) root.fail("a scene must have at least one [[fiber]], [[bundle]] or a [weave]");
+  if (n_nodes > most_nodes) root.fail(fmt::format("a scene of {} nodes must have at most {}", n_nodes, most_nodes));
+}
+
+Scene read_root(const SceneValue& root) {
+  Scene scene;
+  read_table(root, scene_keys(), tables, scene);
+  read_types(root, scene);
+  if (const auto weave = root.find("weave")) scene.weave = read_weave(*weave, scene);
+  Names known = scene.weave ? yarn_names(*scene.weave) : Names();
+  read_fibers(root, scene, known);
+  read_bundles(root, scene, known);
+  check_size(root, scene);
+  read_bodies(root, scene);
+  read_effects(root, scene);
+  read_stages(root, scene);
+  check_enriched_only(root, scene);
+  if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);
+  return scene;
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& toml, const std::string& origin) {
+  toml::table root;
+  try {
+    root = toml::parse(toml, origin);
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}: line {}: {}", origin, error.source().begin.line, error.description()));
+  }
+  Scene scene = read_root(SceneValue(root, origin));
+  scene.name = std::filesystem::path(origin).stem().string();
+  scene.text = toml;
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream || std::filesystem::is_directory(file))
+    throw InputError(fmt::format("{}: cannot be read; must be a scene in TOML", file.string()));
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  return parse_scene(text, file.filename().string());
+}
+
+}  // namespace trame::micro

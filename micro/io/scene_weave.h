@@ -1,0 +1,19 @@
+#pragma once
+/// \file
+/// Part of reading a scene: its weave.
+
+#include "micro/io/scene.h"
+#include "micro/io/scene_value.h"
+
+namespace trame::micro {
+
+/// Reads [weave]. Needs the fiber types of `scene`.
+[[nodiscard]] Weave read_weave(const SceneValue& table, const Scene& scene);
+
+/// Names of a weave's yarns: warp/1 … then weft/1 …
+[[nodiscard]] std::vector<std::string> yarn_names(const Weave& weave);
+
+/// Names of the bodies that a weave makes: an end of each yarn, a side of the patch for each end of each yarn system.
+[[nodiscard]] std::vector<std::string> weave_body_names(const Weave& weave);
+
+}  // namespace trame::micro
