@@ -149,6 +149,7 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
     law.search.self_contact = c.self_contact;
     law.penalty = c.penalty;
     law.target_penetration = c.target_penetration;
+    law.regularisation = c.regularisation;
     law.adapt_penalty = c.adapt_penalty;
     law.friction = c.friction && stage.friction;
     law.friction_coefficient = c.friction_coefficient;
@@ -172,7 +173,7 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
   if (stage.separate_yarns) {
     const double reach = 2.0;  // R_a + R_b in units of the mean radius
     auto effect = std::make_unique<CrossingOrder>(field, ordered_crossings(assembly), -assembly.flat_height / reach,
-                                                  c.penalty * reach, c.target_penetration);
+                                                  c.penalty * reach, c.regularisation);
     crossing_order = effect.get();
     effects.push_back(std::move(effect));
   }

@@ -144,18 +144,22 @@ class Run {
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
+    double work = 0;  // of the bodies, in this stage
     StageDriver driver;
     driver.log = options_.log;
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       const std::vector<double> forces_now = body_forces(model, accepted);
-      energy_.external_work += external_work(model, before, accepted, forces, forces_now);
+      work += external_work(model, before, accepted, forces, forces_now);
+      energy_.external_work =
+          energy_before_.external_work + work + (model.crossing_order ? model.crossing_order->work() : 0);
       forces = forces_now;
       before = accepted;
       return record(model, accepted, report, stage, index);
     };
     const StageOutcome outcome = run_stage(newton, model.effects, path, driver, summary_.timers, state);
 
+    energy_before_.external_work = energy_.external_work;
     energy_before_.friction += model.contact ? model.contact->dissipated() : 0;
     energy_before_.damping += model.proximal ? model.proximal->dissipated() : 0;
     model.field.write_configuration(state, carried_.configuration);

@@ -12,7 +12,7 @@ double Contact::mean_radius(Index a, Index b) const {
   return 0.5 * (field_.mesh().radius[a] + field_.mesh().radius[b]);
 }
 double Contact::regularisation(const ContactElement& e) const {
-  return law_.target_penetration * mean_radius(e.fiber_a, e.fiber_b);
+  return law_.regularisation * mean_radius(e.fiber_a, e.fiber_b);
 }
 
 void Contact::begin_step(const State& start, double) { start_ = start; }
@@ -130,10 +130,11 @@ void Contact::commit(const State& state) {
   }
 }
 
-/// Zone by zone (up to eight consecutive samples of a pair): where the largest penetration exceeds the target the penalty rises by their
-/// ratio, where it stays below a quarter of the target it falls toward its starting value.
+/// Zone by zone (up to eight consecutive samples of a pair): where the largest penetration p exceeds the target the penalty rises by
+/// (p/target)², since p² goes with 1/k at a given force, where it stays below a quarter of the target it falls. Zones without any
+/// contact keep theirs, so that a fiber does not meet a penalty that its neighbours have worn down.
 void Contact::adapt_penalties(const State& state) {
-  constexpr double largest_rise = 4, fall = 0.7;
+  constexpr double largest_rise = 4, fall = 0.7, smallest_scale = 0.1;
   constexpr std::size_t zone_samples = 8;
   for (std::size_t begin = 0; begin < elements_.size();) {
     const ContactElement& first = elements_[begin];
@@ -146,11 +147,11 @@ void Contact::adapt_penalties(const State& state) {
       penetration = std::max(penetration, -e.gap(field_.layout(), state));
       scale = std::max(scale, e.penalty_scale);
     }
-    const double ratio = penetration / regularisation(first);
+    const double ratio = penetration / (law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b));
     if (ratio > 1)
-      scale *= std::min(ratio, largest_rise);
-    else if (ratio < 0.25)
-      scale = std::max(1.0, fall * scale);
+      scale *= std::min(ratio * ratio, largest_rise);
+    else if (ratio > 0 && ratio < 0.25)
+      scale = std::max(smallest_scale, fall * scale);
     for (; begin < end; ++begin) elements_[begin].penalty_scale = scale;
   }
 }

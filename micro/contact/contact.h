@@ -11,8 +11,9 @@ namespace trame::micro {
 /// Numbers of the contact law, in the unit system of the model.
 struct ContactLaw {
   ProximitySearch search;
-  double penalty = 0.5;              ///< starting stiffness per length over the modulus
-  double target_penetration = 0.03;  ///< in radii; also p_reg of the penalty
+  double penalty = 0.02;             ///< starting stiffness per length over the modulus
+  double target_penetration = 0.03;  ///< in radii
+  double regularisation = 0.1;       ///< p_reg of the penalty, in radii
   bool adapt_penalty = true;
   bool friction = true;
   double friction_coefficient = 0.2;

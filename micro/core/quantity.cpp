@@ -42,11 +42,12 @@ Unit parse_unit(const std::string& text) { return {ut_parse(unit_system(), text.
 bool is_angular(const ut_unit* unit) {
   char text[256];
   const int length = ut_format(unit, text, sizeof text, UT_ASCII | UT_DEFINITION);
-  return length > 0 && std::string_view(text, std::min<std::size_t>(length, sizeof text)).find("rad") != std::string_view::npos;
+  return length > 0 &&
+         std::string_view(text, std::min<std::size_t>(length, sizeof text)).find("rad") != std::string_view::npos;
 }
 
-/// Whether one unit is a multiple of the other. UDUNITS itself also converts reciprocals (s to Hz), angles to numbers and
-/// scales with another zero (m from 10).
+/// Whether one unit is a multiple of the other. UDUNITS itself also converts reciprocals (s to Hz), angles to numbers
+/// and scales with another zero (m from 10).
 bool are_multiples(ut_unit* a, ut_unit* b) {
   const Unit quotient(ut_divide(a, b), ut_free);
   if (!quotient || !ut_is_dimensionless(quotient.get()) || is_angular(a) != is_angular(b)) return false;

@@ -1,12 +1,12 @@
 #include "micro/io/fibers_vtk.h"
 
-#include <Eigen/Geometry>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkXMLPolyDataWriter.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,8 @@
 namespace trame::micro {
 namespace {
 
-/// One 3-node element: its first node and the derivatives of the quadratic through its nodes with respect to arc length.
+/// One 3-node element: its first node and the derivatives of the quadratic through its nodes with respect to arc
+/// length.
 struct Element {
   const FiberMesh& mesh;
   Index first;

@@ -22,8 +22,9 @@
 
 namespace trame::micro {
 
-/// Axial force E A · E_ss at the nodes, with E_ss = ½(r'·r' − R'·R') of the 3-node interpolation at its two Gauss points,
-/// continued linearly to the nodes and averaged between elements. `reference`, `current`: n_nodes, m. Result: N.
+/// Axial force E A · E_ss at the nodes, with E_ss = ½(r'·r' − R'·R') of the 3-node interpolation at its two Gauss
+/// points, continued linearly to the nodes and averaged between elements. `reference`, `current`: n_nodes, m. Result:
+/// N.
 [[nodiscard]] std::vector<double> fiber_tension(const FiberMesh& mesh, const std::vector<Vec3>& reference,
                                                 const std::vector<Vec3>& current);
 

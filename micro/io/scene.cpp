@@ -15,15 +15,17 @@ namespace trame::micro {
 
 namespace {
 
-const Names tables = {"material", "fiber_type", "fiber", "bundle", "weave", "body", "stage", "effects", "contact", "solver"};
+const Names tables = {"material", "fiber_type", "fiber",   "bundle",  "weave",
+                      "body",     "stage",      "effects", "contact", "solver"};
 
 /// The compliance of a transversely isotropic material is positive definite.
 void check_stability(const SceneValue& table, const Material& m) {
   const double ratio = m.young_modulus_axial / m.young_modulus_transverse;
   if (m.poisson_ratio_transverse + 2 * m.poisson_ratio_axial * m.poisson_ratio_axial / ratio >= 1)
     table.find("poisson_ratio_transverse")
-        ->fail("must be less than 1 - 2 poisson_ratio_axial² young_modulus_transverse / young_modulus_axial, "
-               "or the material is unstable");
+        ->fail(
+            "must be less than 1 - 2 poisson_ratio_axial² young_modulus_transverse / young_modulus_axial, "
+            "or the material is unstable");
 }
 
 Material read_material(const SceneValue& table) {
@@ -157,8 +159,8 @@ void check_size(const SceneValue& root, const Scene& scene) {
     for (const YarnSystem& system : {scene.weave->warp, scene.weave->weft})
       add(static_cast<double>(system.n_yarns) * system.n_fibers, system.n_elements);
   constexpr double most_nodes = 1e8;
-  if (n_nodes == 0) root.fail("a scene must have at least one [[fiber]], [[bundle]] or a [weave]");
-  if (n_nodes > most_nodes) root.fail(fmt::format("a scene of {} nodes must have at most {}", n_nodes, most_nodes));
+  if (n_nodes == 0) root.fail("must have at least one [[fiber]], [[bundle]] or a [weave]");
+  if (n_nodes > most_nodes) root.fail(fmt::format("{:.0f} nodes; must be at most {:.0f}", n_nodes, most_nodes));
 }
 
 Scene read_root(const SceneValue& root) {

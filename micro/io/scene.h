@@ -133,14 +133,15 @@ struct ContactSettings {
   double search_margin = 0.5;            ///< gap up to which contact elements are made, in R
   double target_penetration = 0.03;      ///< in R
   bool adapt_penalty = true;             ///< zone by zone, toward the target penetration
-  double penalty = 0.5;                  ///< starting stiffness per length, in units of the softer fiber's transverse modulus
+  double regularisation = 0.1;           ///< penetration at which the quadratic penalty goes over to a linear one, in R
+  double penalty = 0.02;                 ///< starting stiffness per length, in units of the softer fiber's transverse modulus
 };
 
 struct SolverSettings {
   double force_tolerance = 1e-4;         ///< residual over the largest effect's force norm
   Index max_newton_iterations = 40;
   Index max_geometry_updates = 6;        ///< contact detections within an increment
-  double geometry_tolerance = 1e-3;      ///< residual, likewise, once the contact geometry is that of the final state
+  double geometry_tolerance = 1e-2;      ///< residual, likewise, once the contact geometry is that of the final state
   double step_cap = 0.5;                 ///< largest motion per Newton iteration, in R
   double min_increment = 1e-4;           ///< smallest fraction of a stage before the solver gives up
 };

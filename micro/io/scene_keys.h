@@ -20,7 +20,7 @@ namespace trame::micro {
 template <class T>
 struct Key {
   std::string name;
-  std::string allowed;   ///< kind, range and unit, in words
+  std::string allowed;  ///< kind, range and unit, in words
   std::string meaning;
   bool required = false;
   std::string fallback;  ///< what holds where the key is left out, in words
@@ -51,7 +51,9 @@ using NamedValues = std::vector<std::pair<std::string, V>>;
 
 [[nodiscard]] inline Kind<double> quantity(const Measure& measure, const Range& range) {
   return {allowed_quantity(measure, range), [=](const SceneValue& value) { return value.quantity(measure, range); },
-          [=](double x) { return measure.example.empty() ? fmt::format("{}", x) : fmt::format("{} {}", x, measure.si_unit); }};
+          [=](double x) {
+            return measure.example.empty() ? fmt::format("{}", x) : fmt::format("{} {}", x, measure.si_unit);
+          }};
 }
 [[nodiscard]] inline Kind<double> number(const Range& range) { return quantity(plain_number, range); }
 [[nodiscard]] inline Kind<Index> integer(const Range& range) {
@@ -96,6 +98,11 @@ template <class V>
   };
   return {"the name of " + what, read, [](Index) { return std::string(); }};
 }
+/// The name of something that the scene has.
+[[nodiscard]] inline Kind<std::string> existing_name(const std::string& what, const std::vector<std::string>& names) {
+  return {"the name of " + what, [=](const SceneValue& value) { return value.one_of(names, what); },
+          [](const std::string& s) { return s; }};
+}
 /// A name with wildcards that fits at least one of `names`.
 [[nodiscard]] inline Kind<std::string> wildcard(const std::string& what, const std::vector<std::string>& names) {
   const auto read = [=](const SceneValue& value) {
@@ -131,7 +138,8 @@ template <class V>
 struct IsOptional<std::optional<V>> : std::true_type {};
 }  // namespace detail
 
-/// Declares a key. `field` is a pointer to a member of T, or a function from T& to a reference; the default is what a new T holds.
+/// Declares a key. `field` is a pointer to a member of T, or a function from T& to a reference; the default is what a
+/// new T holds.
 template <class T, class V, class Field>
 [[nodiscard]] Key<T> key(std::string name, Field field, Kind<V> kind, std::string meaning) {
   T fresh{};
@@ -147,12 +155,14 @@ template <class T, class V, class Field>
 /// Reads a table by its keys into a T. `also` are keys of the table that others read.
 /// Fails for keys that are unknown or missing.
 template <class T>
-void read_table(const SceneValue& table, const std::vector<Key<T>>& keys, const std::vector<std::string>& also, T& target) {
+void read_table(const SceneValue& table, const std::vector<Key<T>>& keys, const std::vector<std::string>& also,
+                T& target) {
   std::vector<std::string> known = also;
   for (const Key<T>& key : keys) known.push_back(key.name);
   for (const SceneValue& child : table.children())
     if (std::find(known.begin(), known.end(), child.own_name()) == known.end())
-      child.fail(fmt::format("unknown key{}; must be one of {}", suggestion(child.own_name(), known), allowed_names(known)));
+      child.fail(
+          fmt::format("unknown key{}; must be one of {}", suggestion(child.own_name(), known), allowed_names(known)));
   for (const Key<T>& key : keys) {
     if (const auto value = table.find(key.name))
       key.read(*value, target);

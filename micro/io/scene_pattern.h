@@ -10,8 +10,9 @@ namespace trame::micro {
 
 using WeavePattern = std::vector<std::vector<bool>>;
 
-/// Twill in which a warp yarn passes above floats[0] weft yarns, below floats[1], above floats[2] and so on, and each warp yarn
-/// does so one weft yarn later than the one before it. {1, 1} is plain weave, {2, 2} the common twill. All floats are at least 1.
+/// Twill in which a warp yarn passes above floats[0] weft yarns, below floats[1], above floats[2] and so on, and each
+/// warp yarn does so one weft yarn later than the one before it. {1, 1} is plain weave, {2, 2} the common twill. All
+/// floats are at least 1.
 [[nodiscard]] WeavePattern twill_pattern(const std::vector<Index>& floats);
 
 /// Warp-faced satin: weft yarn i passes above warp yarn i·step (mod harnesses) and below all others.

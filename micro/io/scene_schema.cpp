@@ -21,9 +21,11 @@ void describe(std::string& text, const std::string& title, const std::vector<Key
 std::string scene_schema() {
   std::string text =
       "A scene is a TOML file. Lengths, forces and the like are texts with a unit of UDUNITS.\n"
-      "[NAME] is a table, [[NAME]] one of a list of tables. A weave names its yarns warp/1 ... and weft/1 ..., and has\n"
+      "[NAME] is a table, [[NAME]] one of a list of tables. A weave names its yarns warp/1 ... and weft/1 ..., and "
+      "has\n"
       "the bodies warp/1/start, warp/1/end ..., side/warp/start, side/warp/end, side/weft/start and side/weft/end.\n"
-      "Warp yarns run along x, weft yarns along y; the patch is centred on the origin. Body dofs that no drive names are held.\n\n";
+      "Warp yarns run along x, weft yarns along y; the patch is centred on the origin. Body dofs that no drive names "
+      "are held.\n\n";
   describe(text, "top of the file", scene_keys());
   describe(text, "[material.NAME]", material_keys());
   describe(text, "[material.NAME] with model = \"isotropic\"", isotropic_keys());

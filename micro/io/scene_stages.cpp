@@ -60,14 +60,14 @@ void read_bodies(const SceneValue& root, Scene& scene) {
 namespace {
 
 /// The one of the four modes that a drive names, read in the measure of the dof.
-Drive read_mode(const SceneValue& table, const DriveInput& input, const std::string& bodies, BodyDof dof,
-                const Names& body_names) {
+Drive make_drive(const SceneValue& table, const DriveInput& input, const std::string& bodies, BodyDof dof) {
   Drive drive{bodies, dof, DriveMode::displacement, 0, ""};
-  const auto translations_only = [&](const SceneValue& value) {
-    if (is_rotation(dof)) value.fail("is for the dofs x, y and z; rotations must have a displacement or a force");
+  const auto translations_only = [&](const char* mode) {
+    if (is_rotation(dof))
+      table.find(mode)->fail("is for the dofs x, y and z; rotations must have a displacement or a force");
   };
-  const int n_modes = input.displacement.has_value() + input.force.has_value() + input.strain.has_value() +
-                      input.follow.has_value();
+  const int n_modes =
+      input.displacement.has_value() + input.force.has_value() + input.strain.has_value() + input.follow.has_value();
   if (n_modes != 1) table.fail("must have exactly one of \"displacement\", \"force\", \"strain\" and \"follow\"");
   if (input.displacement) {
     drive.value = input.displacement->quantity(displacement_measure(dof), any());
@@ -75,13 +75,13 @@ Drive read_mode(const SceneValue& table, const DriveInput& input, const std::str
     drive.mode = DriveMode::force;
     drive.value = input.force->quantity(force_measure(dof), any());
   } else if (input.strain) {
-    translations_only(*input.strain);
+    translations_only("strain");
     drive.mode = DriveMode::strain;
-    drive.value = input.strain->quantity(ratio, any());
+    drive.value = *input.strain;
   } else {
-    translations_only(*input.follow);
+    translations_only("follow");
     drive.mode = DriveMode::follow;
-    drive.leader = input.follow->one_of(body_names, "a body");
+    drive.leader = *input.follow;
   }
   return drive;
 }
@@ -129,7 +129,7 @@ void read_drives(const SceneValue& stage_table, const Names& body_names, Stage& 
     read_table(table, drive_keys(body_names), {}, input);
     for (const std::string& bodies : input.bodies)
       for (const BodyDof dof : input.dofs) {
-        stage.drives.push_back(read_mode(table, input, bodies, dof, body_names));
+        stage.drives.push_back(make_drive(table, input, bodies, dof));
         check_drive(table, stage.drives.back(), body_names, driven);
       }
   }

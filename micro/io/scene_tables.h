@@ -5,6 +5,7 @@
 
 #include "micro/io/scene.h"
 #include "micro/io/scene_keys.h"
+#include "micro/io/scene_pattern.h"
 
 namespace trame::micro {
 
@@ -24,13 +25,17 @@ struct FiberTypeInput {
 /// What [weave] says about the pattern; which keys belong together is checked where it is read.
 struct WeaveInput {
   std::optional<std::string> pattern;
-  std::optional<SceneValue> matrix, repeat, harnesses, step;
+  std::optional<WeavePattern> matrix;
+  std::vector<Index> repeat = {2, 2};
+  Index harnesses = 5, step = 2;
 };
-/// A drive of several dofs of several bodies.
+/// A drive of several dofs of several bodies. The unit of a displacement or force depends on the dof.
 struct DriveInput {
   Names bodies;
   std::vector<BodyDof> dofs;
-  std::optional<SceneValue> displacement, force, strain, follow;
+  std::optional<SceneValue> displacement, force;
+  std::optional<double> strain;
+  std::optional<std::string> follow;
 };
 
 [[nodiscard]] std::vector<Key<Scene>> scene_keys();

@@ -1,12 +1,12 @@
 #include "micro/io/scene_value.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <sstream>
+#include <utility>
 
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
@@ -44,9 +44,15 @@ std::string allowed_quantity(const Measure& measure, const Range& range) {
 std::string allowed_integer(const Range& range) { return with_range("an integer", range); }
 
 std::string allowed_names(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 12;
   std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i)
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (names.size() > most && i == most / 2) {
+      text += fmt::format(", ... ({} in all)", names.size());
+      i = names.size() - 1;
+    }
     text += fmt::format("{}\"{}\"", i == 0 ? "" : (i + 1 == names.size() ? " or " : ", "), names[i]);
+  }
   return text;
 }
 
@@ -90,16 +96,38 @@ std::string SceneValue::path_to(std::string_view child) const {
   return key_.empty() ? std::string(child) : fmt::format("{}.{}", key_, child);
 }
 
+namespace {
+
+/// A value as a user would write it. TOML++ itself prints 0.3 with 17 digits.
+std::string written(const toml::node& node) {
+  if (const auto* text = node.as_string()) return fmt::format("\"{}\"", text->get());
+  if (const auto* number = node.as_floating_point()) {
+    const std::string digits = fmt::format("{}", number->get());
+    return digits.find_first_not_of("-0123456789") == digits.npos ? digits + ".0" : digits;
+  }
+  std::ostringstream stream;
+  if (const auto* array = node.as_array()) {
+    for (const toml::node& item : *array) stream << (stream.tellp() > 0 ? ", " : "") << written(item);
+    return fmt::format("[{}]", stream.str());
+  }
+  node.visit([&](const auto& value) { stream << value; });
+  return stream.str();
+}
+
+}  // namespace
+
 std::string SceneValue::shown() const {
-  if (node_->is_table()) return "";
-  std::ostringstream text;
-  node_->visit([&](const auto& value) { text << value; });
-  constexpr std::size_t longest = 80;
-  return text.str().size() <= longest ? " = " + text.str() : " = " + text.str().substr(0, longest) + " …";
+  if (node_->is_table() || node_->is_array_of_tables()) return "";
+  const std::string text = written(*node_);
+  std::size_t longest = 80;
+  if (text.size() <= longest) return " = " + text;
+  while ((text[longest] & 0xC0) == 0x80) --longest;  // not in the middle of a UTF-8 character
+  return " = " + text.substr(0, longest) + " ...";
 }
 
 void SceneValue::fail(std::string_view complaint) const {
-  throw InputError(fmt::format("{}: {}{}: {} (line {})", file_, key_, shown(), complaint, node_->source().begin.line));
+  const std::string where = key_.empty() ? "scene" : key_ + shown();
+  throw InputError(fmt::format("{}: {}: {} (line {})", file_, where, complaint, node_->source().begin.line));
 }
 
 void SceneValue::fail_missing(std::string_view child, std::string_view allowed) const {

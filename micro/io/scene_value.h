@@ -45,11 +45,12 @@ struct Range {
 /// What is allowed, as it stands in messages ("must be …") and in the schema.
 [[nodiscard]] std::string allowed_quantity(const Measure& measure, const Range& range);
 [[nodiscard]] std::string allowed_integer(const Range& range);
-/// "a", "b" or "c", in quotes.
+/// "a", "b" or "c", in quotes; only some of more than twelve.
 [[nodiscard]] std::string allowed_names(const std::vector<std::string>& names);
 
 /// The candidate that `name` may be a slip of, if any is near enough.
-[[nodiscard]] std::optional<std::string> nearest_name(const std::string& name, const std::vector<std::string>& candidates);
+[[nodiscard]] std::optional<std::string> nearest_name(const std::string& name,
+                                                      const std::vector<std::string>& candidates);
 /// "; did you mean "x"?" or nothing.
 [[nodiscard]] std::string suggestion(const std::string& name, const std::vector<std::string>& candidates);
 
@@ -71,15 +72,15 @@ class SceneValue {
   [[nodiscard]] double quantity(const Measure& measure, const Range& range) const;
   [[nodiscard]] Index integer(const Range& range) const;
   [[nodiscard]] bool boolean() const;
-  [[nodiscard]] std::string text() const;       ///< not empty
-  [[nodiscard]] std::string name() const;       ///< a text without wildcards
+  [[nodiscard]] std::string text() const;  ///< not empty
+  [[nodiscard]] std::string name() const;  ///< a text without wildcards
   [[nodiscard]] Vec3 vector(const Measure& measure) const;
   [[nodiscard]] std::string one_of(const std::vector<std::string>& names, std::string_view what = "") const;
 
-  [[nodiscard]] std::vector<SceneValue> items(std::string_view allowed) const;   ///< of a list with at least one
-  [[nodiscard]] std::vector<SceneValue> tables() const;                          ///< of a list of tables
-  [[nodiscard]] std::vector<SceneValue> children() const;                        ///< of a table
-  [[nodiscard]] std::optional<SceneValue> find(std::string_view child) const;    ///< in a table
+  [[nodiscard]] std::vector<SceneValue> items(std::string_view allowed) const;  ///< of a list with at least one
+  [[nodiscard]] std::vector<SceneValue> tables() const;                         ///< of a list of tables
+  [[nodiscard]] std::vector<SceneValue> children() const;                       ///< of a table
+  [[nodiscard]] std::optional<SceneValue> find(std::string_view child) const;   ///< in a table
   [[nodiscard]] bool is_list() const { return node_->is_array(); }
   void must_be_table() const;
 

@@ -11,7 +11,10 @@ namespace trame::micro {
 
 namespace {
 
-/// "2/2" as {2, 2}: an even number of floats, each at least 1.
+constexpr const char* floats_allowed =
+    "an even number of floats of 1 to 1000 with slashes between them, such as \"2/2\" or \"3/1/1/1\"";
+constexpr const char* matrix_allowed = "rows of equal length of 0 and 1, such as [[1, 0], [0, 1]]";
+
 std::vector<Index> read_floats(const SceneValue& value) {
   constexpr Index longest = 1000;
   const std::string text = value.text();
@@ -27,47 +30,43 @@ std::vector<Index> read_floats(const SceneValue& value) {
     if (rest == end || *rest != '/') break;
     at = rest + 1;
   }
-  value.fail("must be an even number of floats of 1 to 1000 with slashes between them, such as \"2/2\" or \"3/1/1/1\"");
+  value.fail(fmt::format("must be {}", floats_allowed));
 }
 
 WeavePattern read_matrix(const SceneValue& value) {
-  constexpr const char* allowed = "rows of equal length of 0 and 1, such as [[1, 0], [0, 1]]";
   WeavePattern pattern;
-  for (const SceneValue& row_value : value.items(allowed)) {
+  for (const SceneValue& row_value : value.items(matrix_allowed)) {
     std::vector<bool>& row = pattern.emplace_back();
-    for (const SceneValue& entry : row_value.items(allowed)) row.push_back(entry.integer(between(0, 1)) == 1);
-    if (row.size() != pattern.front().size()) row_value.fail(fmt::format("must be one of {}", allowed));
+    for (const SceneValue& entry : row_value.items(matrix_allowed)) row.push_back(entry.integer(between(0, 1)) == 1);
+    if (row.size() != pattern.front().size()) row_value.fail(fmt::format("must be one of {}", matrix_allowed));
   }
   return pattern;
 }
 
-WeavePattern read_satin(const SceneValue& table, const WeaveInput& input) {
-  constexpr Index most = 1000;
-  const Index harnesses = input.harnesses ? input.harnesses->integer(between(5, most)) : 5;
-  const Index step = input.step ? input.step->integer(at_least(2)) : 2;
-  if (!is_satin(harnesses, step))
-    input.step.value_or(input.harnesses.value_or(table))
-        .fail(fmt::format("a satin of {} harnesses must have a step from 2 to {} without a common divisor with it",
-                          harnesses, harnesses - 2));
-  return satin_pattern(harnesses, step);
-}
-
 /// Fails for keys that the pattern has no use for.
 void check_pattern_keys(const SceneValue& table, const WeaveInput& input) {
-  if (input.pattern.has_value() == input.matrix.has_value())
-    table.fail("must have either \"pattern\" or \"matrix\"");
-  const bool twill = input.pattern == "twill", satin = input.pattern == "satin";
-  if (input.repeat && !twill) input.repeat->fail("has no effect, because pattern is not \"twill\"");
-  if (input.harnesses && !satin) input.harnesses->fail("has no effect, because pattern is not \"satin\"");
-  if (input.step && !satin) input.step->fail("has no effect, because pattern is not \"satin\"");
+  if (input.pattern.has_value() == input.matrix.has_value()) table.fail("must have either \"pattern\" or \"matrix\"");
+  const auto only_for = [&](const char* pattern, const char* key) {
+    if (const auto value = table.find(key); value && input.pattern != pattern)
+      value->fail(fmt::format("has no effect, because pattern is not \"{}\"", pattern));
+  };
+  only_for("twill", "repeat");
+  only_for("satin", "harnesses");
+  only_for("satin", "step");
 }
 
-WeavePattern read_pattern(const SceneValue& table, const WeaveInput& input) {
+WeavePattern make_pattern(const SceneValue& table, const WeaveInput& input) {
   check_pattern_keys(table, input);
-  if (input.matrix) return read_matrix(*input.matrix);
+  if (input.matrix) return *input.matrix;
   if (input.pattern == "plain") return twill_pattern({1, 1});
-  if (input.pattern == "twill") return twill_pattern(input.repeat ? read_floats(*input.repeat) : std::vector<Index>{2, 2});
-  return read_satin(table, input);
+  if (input.pattern == "twill") return twill_pattern(input.repeat);
+  if (!is_satin(input.harnesses, input.step)) {
+    const auto step = table.find("step"), harnesses = table.find("harnesses");
+    (step ? *step : *harnesses)
+        .fail(fmt::format("a satin of {} harnesses must have a step from 2 to {} without a common divisor with it",
+                          input.harnesses, input.harnesses - 2));
+  }
+  return satin_pattern(input.harnesses, input.step);
 }
 
 YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& scene) {
@@ -93,13 +92,20 @@ YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& 
 
 }  // namespace
 
+Kind<std::vector<Index>> twill_floats() {
+  return {floats_allowed, read_floats,
+          [](const std::vector<Index>& floats) { return fmt::format("\"{}\"", fmt::join(floats, "/")); }};
+}
+
+Kind<WeavePattern> pattern_matrix() { return {matrix_allowed, read_matrix, {}}; }
+
 Weave read_weave(const SceneValue& table, const Scene& scene) {
   WeaveInput input;
   read_table(table, weave_keys(), {"warp", "weft"}, input);
   Weave weave;
   weave.warp = read_yarns(table, "warp", scene);
   weave.weft = read_yarns(table, "weft", scene);
-  weave.warp_above = continued(read_pattern(table, input), weave.weft.n_yarns, weave.warp.n_yarns);
+  weave.warp_above = continued(make_pattern(table, input), weave.weft.n_yarns, weave.warp.n_yarns);
   return weave;
 }
 

@@ -3,9 +3,16 @@
 /// Part of reading a scene: its weave.
 
 #include "micro/io/scene.h"
-#include "micro/io/scene_value.h"
+#include "micro/io/scene_keys.h"
+#include "micro/io/scene_pattern.h"
 
 namespace trame::micro {
+
+/// "2/2" or "3/1/1/1": an even number of floats of a twill.
+[[nodiscard]] Kind<std::vector<Index>> twill_floats();
+
+/// Rows of 0 and 1.
+[[nodiscard]] Kind<WeavePattern> pattern_matrix();
 
 /// Reads [weave]. Needs the fiber types of `scene`.
 [[nodiscard]] Weave read_weave(const SceneValue& table, const Scene& scene);

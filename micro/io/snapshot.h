@@ -28,8 +28,8 @@ struct ContactRecord {
 struct BodyRecord {
   std::vector<Vec3> position;  ///< m
   std::vector<Mat3> rotation;
-  std::vector<Vec3> force;     ///< external force on the body (reaction or drive), N
-  std::vector<Vec3> moment;    ///< N m
+  std::vector<Vec3> force;   ///< external force on the body (reaction or drive), N
+  std::vector<Vec3> moment;  ///< N m
 };
 
 /// Energies since the start of the run, J.
@@ -40,10 +40,10 @@ struct EnergyRecord {
 /// What the solver did for one increment.
 struct SolverRecord {
   Index n_newton_iterations = 0, n_factorizations = 0, n_geometry_updates = 0, n_cuts = 0;
-  double residual = 0;                     ///< relative, at acceptance
+  double residual = 0;  ///< relative, at acceptance
   double max_penetration_over_radius = 0;
   double force_imbalance = 0, moment_imbalance = 0;  ///< relative
-  double proximal = 0;                     ///< η, 0: no damping
+  double proximal = 0;                               ///< η, 0: no damping
   EnergyRecord energy;
   double seconds = 0;
 };
@@ -59,15 +59,15 @@ struct Increment {
 
 /// What does not change between increments.
 struct SnapshotHeader {
-  std::string version;      ///< of the program
+  std::string version;  ///< of the program
   std::string scene_name;
-  std::string scene_text;   ///< TOML
+  std::string scene_text;  ///< TOML
   FiberMesh mesh;
   std::vector<std::string> body_names;
 };
 
-/// Appends increments to a state file. Each increment is on the disk before the file's `n_increments` counts it, and what
-/// is counted is never written to again, so that a crash at any moment leaves every counted increment intact.
+/// Appends increments to a state file. Each increment is on the disk before the file's `n_increments` counts it, and
+/// what is counted is never written to again, so that a crash at any moment leaves every counted increment intact.
 class SnapshotWriter {
  public:
   /// Creates the file. Throws InputError where it exists already or cannot be written.
@@ -76,7 +76,8 @@ class SnapshotWriter {
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  /// Throws InputError where the file cannot be written (a full disk), std::invalid_argument for arrays of wrong length.
+  /// Throws InputError where the file cannot be written (a full disk), std::invalid_argument for arrays of wrong
+  /// length.
   void append(const Increment& increment);
 
  private:

@@ -129,7 +129,8 @@ Handle open_for_reading(const StateFile& states, const std::filesystem::path& pa
   states.require(std::string_view(start.data(), 8) == "\x89HDF\r\n\x1a\n", "not an HDF5 file, so not a state file");
   const bool marked = start[8] == 3 && (start[11] & 1) != 0;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS));
-  // A writer may be at work on what is read: try again, but not for ever (the waiting time doubles each time from 1 ns).
+  // A writer may be at work on what is read: try again, but not for ever (the waiting time doubles each time from 1
+  // ns).
   if (marked) H5Pset_metadata_read_attempts(access, 25);
   Handle file(H5Fopen(path.c_str(), marked ? H5F_ACC_RDONLY | H5F_ACC_SWMR_READ : H5F_ACC_RDONLY, access));
   states.require(file.valid(), marked ? "its run was interrupted before the first state was complete, or it is in use"

@@ -233,7 +233,8 @@ SnapshotWriter::SnapshotWriter(const std::filesystem::path& file, const Snapshot
   states.name = file.string();
   states.require(!std::filesystem::exists(file), "exists already; remove it or choose another name");
   const Handle creation(H5Pcreate(H5P_FILE_CREATE));
-  // No piece of the library's bookkeeping crosses a page boundary, the only place where a killed write can end half way.
+  // No piece of the library's bookkeeping crosses a page boundary, the only place where a killed write can end half
+  // way.
   H5Pset_file_space_strategy(creation, H5F_FSPACE_STRATEGY_PAGE, 0, 1);
   H5Pset_file_space_page_size(creation, page_size);
   states.file = Handle(H5Fcreate(file.c_str(), H5F_ACC_EXCL, creation, access_properties()));

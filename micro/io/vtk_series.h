@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <vtkDataSet.h>
-#include <vtkDataSetAttributes.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkFloatArray.h>
@@ -67,7 +66,7 @@ class VtkSeries {
   std::vector<std::pair<Index, std::string>> entries_;
 };
 
-inline void add_array(vtkDataSetAttributes* data, const char* name, const std::vector<double>& values) {
+inline void add_array(vtkFieldData* data, const char* name, const std::vector<double>& values) {
   vtkNew<vtkFloatArray> array;
   array->SetName(name);
   array->SetNumberOfValues(static_cast<vtkIdType>(values.size()));
@@ -76,7 +75,7 @@ inline void add_array(vtkDataSetAttributes* data, const char* name, const std::v
   data->AddArray(array);
 }
 
-inline void add_array(vtkDataSetAttributes* data, const char* name, const std::vector<Vec3>& values) {
+inline void add_array(vtkFieldData* data, const char* name, const std::vector<Vec3>& values) {
   vtkNew<vtkFloatArray> array;
   array->SetName(name);
   array->SetNumberOfComponents(3);
@@ -85,7 +84,7 @@ inline void add_array(vtkDataSetAttributes* data, const char* name, const std::v
   data->AddArray(array);
 }
 
-inline void add_array(vtkDataSetAttributes* data, const char* name, const std::vector<Index>& values) {
+inline void add_array(vtkFieldData* data, const char* name, const std::vector<Index>& values) {
   vtkNew<vtkIntArray> array;
   array->SetName(name);
   array->SetNumberOfValues(static_cast<vtkIdType>(values.size()));
@@ -109,8 +108,7 @@ inline vtkSmartPointer<vtkPoints> make_points(const std::vector<Vec3>& positions
   auto points = vtkSmartPointer<vtkPoints>::New();
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(positions.size()));
-  for (std::size_t i = 0; i < positions.size(); ++i)
-    points->SetPoint(static_cast<vtkIdType>(i), positions[i].data());
+  for (std::size_t i = 0; i < positions.size(); ++i) points->SetPoint(static_cast<vtkIdType>(i), positions[i].data());
   return points;
 }
 

@@ -189,6 +189,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     double alpha = largest > settings_.step_cap ? settings_.step_cap / largest : 1.0;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
+    if (log) log(fmt::format("      largest step {:.2e}, taken {:.2f} of it", largest, alpha));
     retract(layout_, state, step_, alpha, trial_);
     std::swap(state, trial_);
     remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);

@@ -49,7 +49,8 @@ std::optional<double> smallest_separation(const FiberField& field, const State& 
 
 CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth,
                              double penalty, double p_reg)
-    : field_(field), crossings_(std::move(crossings)), start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg) {}
+    : field_(field), crossings_(std::move(crossings)), start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg),
+      depth_n_(start_depth) {}
 
 void CrossingOrder::begin_step(const State&, double stage_time) {
   depth_ = start_depth_ + stage_time * (1 - start_depth_);
@@ -93,6 +94,15 @@ double CrossingOrder::energy(const State& state) const {
   for (const ContactElement& e : elements_)
     sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, p_reg_);
   return sum;
+}
+
+void CrossingOrder::commit(const State& state) {
+  double force = 0;
+  for (const ContactElement& e : elements_)
+    force += e.length * penalty_force(e.gap(field_.layout(), state), e.penalty, p_reg_);
+  work_ += 0.5 * (force_n_ + force) * (depth_ - depth_n_);
+  depth_n_ = depth_;
+  force_n_ = force;
 }
 
 }  // namespace trame::micro

@@ -27,13 +27,17 @@ class CrossingOrder final : public Effect {
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
+  void commit(const State& state) override;
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
+  /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
+  [[nodiscard]] double work() const { return work_; }
 
  private:
   const FiberField& field_;
   std::vector<YarnCrossing> crossings_;
   double start_depth_, penalty_, p_reg_;
-  double depth_ = 0;  // d / (R_a + R_b) of this step
+  double depth_ = 0;                       // d / (R_a + R_b) of this step
+  double depth_n_, force_n_ = 0, work_ = 0;  // of the last accepted step; the force works on d / (R_a + R_b)
   std::vector<ContactElement> elements_;
 };
 

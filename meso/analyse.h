@@ -1,0 +1,54 @@
+#pragma once
+/// \file
+/// From saved states to strains of yarns: meshes each yarn once, computes the strain from state A to each chosen state
+/// B, sums it up and writes it for ParaView.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "meso/yarn_mesh.h"
+#include "micro/io/snapshot.h"
+
+namespace trame::meso {
+
+struct AnalyseOptions {
+  Index from = 0;                       ///< state A
+  std::vector<Index> to = {};           ///< states B; empty: all increments
+  std::vector<std::string> yarns = {};  ///< names with * and ? as wildcards; empty: all yarns
+  MeshOptions mesh = {};
+  std::filesystem::path vtk_folder = {};  ///< for yarns.pvd; empty: not written
+  int n_threads = 0;                      ///< 0: all cores
+};
+
+/// Distribution over the tetrahedra of a yarn that are not flagged, weighted by reference volume; NaN where there are
+/// none.
+struct Statistics {
+  double mean = 0, deviation = 0, min = 0, max = 0;
+};
+
+/// One yarn in one state B.
+struct YarnStrain {
+  Index increment = 0;
+  Index yarn = 0;
+  Index n_tets = 0, n_flagged = 0;
+  Statistics axial, horizontal, vertical, gamma_max, det_F;
+};
+
+struct Analysis {
+  std::vector<YarnMesh> meshes;     ///< of the chosen yarns, in their order; also those without volume
+  std::vector<YarnStrain> strains;  ///< state by state, yarn by yarn; only yarns with a mesh
+  std::filesystem::path pvd;        ///< empty where nothing was written
+
+  [[nodiscard]] Index n_tets() const;
+};
+
+/// Indices of the yarns that match any of `patterns` (all where there are none), in the order of `yarns`. Throws
+/// InputError for a pattern that matches none.
+[[nodiscard]] std::vector<Index> choose_yarns(const std::vector<micro::Yarn>& yarns,
+                                              const std::vector<std::string>& patterns);
+
+/// Throws InputError for increments or yarns that the states do not have, and for a folder that cannot be written to.
+[[nodiscard]] Analysis analyse(const micro::SnapshotReader& states, const AnalyseOptions& options);
+
+}  // namespace trame::meso

@@ -1,0 +1,47 @@
+#pragma once
+/// \file
+/// Strains of yarns for ParaView: `yarns.pvd`, a time series of `yarns_NNNN.vtu` with the tetrahedra of all yarns at
+/// their positions in the state B. Strains are from A to B, in the yarn frame of A, without unit; NaN where flagged.
+///
+/// | array | on | meaning |
+/// | --- | --- | --- |
+/// | E_axial, E_horizontal, E_vertical | cells | normal strains |
+/// | E_axial_horizontal, E_axial_vertical, E_horizontal_vertical | cells | shear strains (tensor components) |
+/// | E_I, E_II, E_III | cells | principal strains, largest first |
+/// | gamma_max | cells | E_I − E_III |
+/// | det_F | cells | ratio of volumes |
+/// | flagged | cells | 1: inverted in A or B, so that there is no strain |
+/// | yarn, family | cells | index; 0: warp, 1: weft, 2: neither |
+/// | displacement | points | from A to B, m |
+/// | load, stage_time, from | field | stage of B, 0…1 within it, increment number of A |
+///
+/// The time of the series is the increment number of B.
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "meso/strain.h"
+#include "micro/io/snapshot.h"
+
+namespace trame::meso {
+
+class YarnsVtkWriter {
+ public:
+  /// Throws InputError where `folder` cannot be made. `fibers` and `meshes` must outlive the writer.
+  YarnsVtkWriter(const micro::FiberMesh& fibers, const std::vector<YarnMesh>& meshes, Index from,
+                 std::vector<Vec3> positions_a, const std::filesystem::path& folder);
+  ~YarnsVtkWriter();
+  YarnsVtkWriter(const YarnsVtkWriter&) = delete;
+  YarnsVtkWriter& operator=(const YarnsVtkWriter&) = delete;
+
+  /// Writes state B = `index` with one strain field per mesh. Throws InputError where it cannot be written.
+  void append(Index index, const micro::Increment& state_b, const std::vector<StrainField>& strains);
+  [[nodiscard]] std::filesystem::path pvd() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace trame::meso

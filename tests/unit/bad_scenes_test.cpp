@@ -1,0 +1,373 @@
+// Scenes with one mistake each: the message names the file, the key, the value and what is allowed.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <string_view>
+
+#include "micro/core/error.h"
+#include "micro/io/scene.h"
+
+namespace trame::micro {
+namespace {
+
+const std::string good_scene = R"(title = "good"
+[material.pa66]
+model = "isotropic"
+young_modulus = "3 GPa"
+poisson_ratio = 0.39
+[material.carbon]
+model = "transversely_isotropic"
+young_modulus_axial = "230 GPa"
+young_modulus_transverse = "15 GPa"
+shear_modulus_axial = "24 GPa"
+poisson_ratio_axial = 0.28
+poisson_ratio_transverse = 0.3
+[fiber_type.filament]
+material = "pa66"
+diameter = "20 um"
+model = "enriched"
+[[fiber]]
+name = "wire"
+fiber_type = "filament"
+points = [["0 mm", "0 mm", "1 mm"], ["1 mm", "0 mm", "1 mm"]]
+elements = 9
+section_axis = [0, 0, 1]
+[[bundle]]
+name = "strand"
+fiber_type = "filament"
+points = [["0 mm", "0 mm", "2 mm"], ["1 mm", "0 mm", "2 mm"]]
+elements = 5
+fibers = 7
+lattice_spacing = 1.1
+[weave]
+pattern = "satin"
+harnesses = 5
+step = 2
+[weave.warp]
+fiber_type = "filament"
+yarns = 4
+fibers = 7
+layers = 2
+elements = 11
+yarn_spacing = "130 um"
+margin = "100 um"
+[weave.weft]
+fiber_type = "filament"
+yarns = 3
+fibers = 8
+elements = 12
+yarn_spacing = "140 um"
+margin = "90 um"
+[[body]]
+name = "grip"
+position = ["1 mm", "2 mm", "3 mm"]
+[[body.tie]]
+fibers = "wire"
+end = "end"
+[effects]
+contact = "all"
+friction = true
+twist_stretch = true
+[contact]
+friction_coefficient = 0.3
+[solver]
+min_increment = 1e-3
+[[stage]]
+name = "separate"
+separate_yarns = true
+friction = true
+increments = 12
+proximal_start = 1e-3
+proximal_end = 1e-4
+[[stage]]
+name = "load"
+[[stage.drive]]
+bodies = "side/warp/*"
+dof = "x"
+strain = 0.02
+[[stage.drive]]
+bodies = "warp/*/end"
+dof = "x"
+follow = "side/warp/end"
+[[stage.drive]]
+bodies = "grip"
+dof = "rz"
+displacement = "90 deg"
+)";
+
+std::string error_of(const std::string& toml) {
+  try {
+    const Scene scene = parse_scene(toml, "bad.toml");
+    return "no error";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+struct Mistake {
+  const char* right;    ///< text of the good scene, found once or first
+  const char* wrong;    ///< instead of it
+  const char* message;  ///< how the message starts
+};
+
+/// Makes each mistake alone in the good scene.
+void expect_refused(std::span<const Mistake> mistakes) {
+  for (const Mistake& mistake : mistakes) {
+    std::string toml = good_scene;
+    const auto at = toml.find(mistake.right);
+    ASSERT_NE(at, std::string::npos) << mistake.right;
+    toml.replace(at, std::string_view(mistake.right).size(), mistake.wrong);
+    const std::string message = error_of(toml);
+    EXPECT_TRUE(message.starts_with(mistake.message)) << "expected: " << mistake.message << "\n     got: " << message;
+  }
+}
+
+TEST(BadScenes, TheirModelIsGood) { EXPECT_EQ(error_of(good_scene), "no error"); }
+
+const Mistake values[] = {
+    {"poisson_ratio = 0.39", "poisson_ratio = 0.5",
+     "bad.toml: material.pa66.poisson_ratio = 0.5: must be a number greater than -1 and less than 0.5 (line 5)"},
+    {"poisson_ratio = 0.39", "poisson_ratio = -1", "bad.toml: material.pa66.poisson_ratio = -1: must be a number"},
+    {"poisson_ratio = 0.39", "poisson_ratio = nan", "bad.toml: material.pa66.poisson_ratio = nan: must be a number"},
+    {"\"3 GPa\"", "3e9",
+     "bad.toml: material.pa66.young_modulus = 3000000000.0: must be a modulus greater than 0 with its unit, such as "
+     "\"3 GPa\""},
+    {"\"3 GPa\"", "\"-3 GPa\"", "bad.toml: material.pa66.young_modulus = \"-3 GPa\": must be a modulus greater than 0"},
+    {"\"3 GPa\"", "\"3 GN\"",
+     "bad.toml: material.pa66.young_modulus = \"3 GN\": \"GN\" does not convert to Pa; must be a modulus"},
+    {"\"3 GPa\"", "\"inf GPa\"",
+     "bad.toml: material.pa66.young_modulus = \"inf GPa\": the number is not finite; must be"},
+    {"transverse = 0.3", "transverse = 1", "bad.toml: material.carbon.poisson_ratio_transverse = 1: must be a number"},
+    {"transverse = 0.3", "transverse = 0.99",  // 2 · 0.28² · 15/230 = 0.01023
+     "bad.toml: material.carbon.poisson_ratio_transverse = 0.99: must be less than 1 - 2 poisson_ratio_axial²"},
+    {"\"20 um\"", "\"0 um\"",
+     "bad.toml: fiber_type.filament.diameter = \"0 um\": must be a length greater than 0 with its unit, such as \"19 "
+     "um\""},
+    {"\"20 um\"", "\"20\"", "bad.toml: fiber_type.filament.diameter = \"20\": the unit is missing; must be a length"},
+    {"\"enriched\"", "\"enrich\"",
+     "bad.toml: fiber_type.filament.model = \"enrich\": must be \"enriched\" or \"rod\"; did you mean \"enriched\"?"},
+    {"\"isotropic\"", "1", "bad.toml: material.pa66.model = 1: must be \"isotropic\" or \"transversely_isotropic\""},
+    {"elements = 9", "elements = 0", "bad.toml: fiber[1].elements = 0: must be an integer of at least 1"},
+    {"elements = 9", "elements = 9.0", "bad.toml: fiber[1].elements = 9.0: must be an integer of at least 1"},
+    {"elements = 9", "elements = 3000000000", "bad.toml: fiber[1].elements = 3000000000: must be an integer"},
+    {"elements = 9", "elements = 2000000000", "bad.toml: scene: 4000001322 nodes; must be at most 100000000 (line 1)"},
+    {", [\"1 mm\", \"0 mm\", \"1 mm\"]]", "]",
+     "bad.toml: fiber[1].points = [[\"0 mm\", \"0 mm\", \"1 mm\"]]: must be a list of at least two points"},
+    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"0 mm\", \"0 m\", \"1 mm\"]]",
+     "bad.toml: fiber[1].points = [[\"0 mm\", \"0 mm\", \"1 mm\"], [\"0 mm\", \"0 m\", \"1 mm\"]]: points 1 and 2 must "
+     "not "
+     "coincide"},
+    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"1 mm\", \"0 mm\"]]",
+     "bad.toml: fiber[1].points[2] = [\"1 mm\", \"0 mm\"]: must be a list of 3, each a length"},
+    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"1 mm\", 0, \"1 mm\"]]",
+     "bad.toml: fiber[1].points[2][2] = 0: must be a length with its unit"},
+    {"[0, 0, 1]", "[3, 0, 0]", "bad.toml: fiber[1].section_axis = [3, 0, 0]: must not be zero or along the fiber"},
+    {"[0, 0, 1]", "[0, 0, 0]", "bad.toml: fiber[1].section_axis = [0, 0, 0]: must not be zero or along the fiber"},
+    {"lattice_spacing = 1.1", "lattice_spacing = 0.9",
+     "bad.toml: bundle[1].lattice_spacing = 0.9: must be a number of at least 1"},
+    {"lattice_spacing = 1.1", "layers = 8", "bad.toml: bundle[1].layers = 8: must be at most the number of fibers"},
+    {"fibers = 7\nlayers", "fibers = 0\nlayers",
+     "bad.toml: weave.warp.fibers = 0: must be an integer of at least 1 (line 37)"},
+    {"layers = 2", "layers = 8", "bad.toml: weave.warp.layers = 8: must be at most the number of fibers"},
+    {"\"130 um\"", "\"80 um\"",  // 20 um (1 + 3 · 1.05) = 83 um
+     "bad.toml: weave.warp.yarn_spacing = \"80 um\": must be at least the width of a yarn, 8.3e-05 m"},
+    {"\"100 um\"", "\"-1 um\"", "bad.toml: weave.warp.margin = \"-1 um\": must be a length greater than 0"},
+    {"yarns = 4", "yarns = 1001", "bad.toml: weave.warp.yarns = 1001: must be at most 1000"},
+    {"\"3 mm\"]", "\"3 mm\", \"4 mm\"]",
+     "bad.toml: body[1].position = [\"1 mm\", \"2 mm\", \"3 mm\", \"4 mm\"]: must be a list of 3"},
+    {"friction_coefficient = 0.3", "friction_coefficient = -0.1",
+     "bad.toml: contact.friction_coefficient = -0.1: must be a number of at least 0"},
+    {"friction_coefficient = 0.3", "target_penetration = 1",
+     "bad.toml: contact.target_penetration = 1: must be a number greater than 0 and less than 1"},
+    {"min_increment = 1e-3", "min_increment = 2",
+     "bad.toml: solver.min_increment = 2: must be a number greater than 0 and at most 1"},
+    {"increments = 12", "increments = -1", "bad.toml: stage[1].increments = -1: must be an integer of at least 1"},
+    {"separate_yarns = true", "separate_yarns = 1", "bad.toml: stage[1].separate_yarns = 1: must be true or false"},
+    {"proximal_start = 1e-3", "proximal_start = 0",
+     "bad.toml: stage[1].proximal_end = 0.0001: needs a proximal_start greater than 0"},
+    {"strain = 0.02", "strain = \"2 um\"",
+     "bad.toml: stage[2].drive[1].strain = \"2 um\": \"um\" does not convert to 1"},
+    {"\"90 deg\"", "\"90 um\"",
+     "bad.toml: stage[2].drive[3].displacement = \"90 um\": \"um\" does not convert to rad; must be an angle"},
+    {"displacement = \"90 deg\"", "force = \"1 N\"",
+     "bad.toml: stage[2].drive[3].force = \"1 N\": \"N\" does not convert to N m; must be a moment"},
+    {"dof = \"rz\"", "dof = \"w\"",
+     "bad.toml: stage[2].drive[3].dof = \"w\": must be \"x\", \"y\", \"z\", \"rx\", \"ry\" or \"rz\""},
+};
+TEST(BadScenes, Values) { expect_refused(values); }
+
+const Mistake keys[] = {
+    {"title", "titel", "bad.toml: titel = \"good\": unknown key; did you mean \"title\"?"},
+    {"[solver]", "[slover]", "bad.toml: slover: unknown key; did you mean \"solver\"?"},
+    {"elements = 12", "element = 12", "bad.toml: weave.weft.element = 12: unknown key; did you mean \"elements\"?"},
+    {"elements = 12\n", "", "bad.toml: weave.weft.elements: missing; must be an integer of at least 1"},
+    {"model = \"isotropic\"\n", "", "bad.toml: material.pa66.model: missing; must be \"isotropic\" or"},
+    {"poisson_ratio = 0.39\n", "", "bad.toml: material.pa66.poisson_ratio: missing; must be a number"},
+    {"poisson_ratio = 0.39", "poisson_ratio = 0.39\nshear_modulus_axial = \"1 GPa\"",
+     "bad.toml: material.pa66.shear_modulus_axial = \"1 GPa\": unknown key"},
+    {"[weave.weft]", "[weave.wefts]", "bad.toml: weave.wefts: unknown key; did you mean \"weft\"?"},
+    {"name = \"grip\"\n", "", "bad.toml: body[1].name: missing; must be a name"},
+    {"end = \"end\"\n", "", "bad.toml: body[1].tie[1].end: missing; must be \"start\" or \"end\""},
+    {"[[body]]", "[body]", "bad.toml: body: must be a list of tables, written [[body]]"},
+    {"[effects]", "[[effects]]", "bad.toml: effects: must be a table, written [effects]"},
+    {"[[fiber]]", "[fiber]", "bad.toml: fiber: must be a list of tables, written [[fiber]]"},
+    {"strain = 0.02\n", "",
+     "bad.toml: stage[2].drive[1]: must have exactly one of \"displacement\", \"force\", \"strain\" and"},
+    {"strain = 0.02", "strain = 0.02\nforce = \"1 N\"", "bad.toml: stage[2].drive[1]: must have exactly one of"},
+    {"title = \"good\"", "title = good", "bad.toml: line 1: "},
+    {"title = \"good\"", "title = \"good\"\ntitle = \"again\"", "bad.toml: line 2: "},
+    {"title = \"good\"", "title = 3", "bad.toml: title = 3: must be a text in quotes"},
+};
+TEST(BadScenes, Keys) { expect_refused(keys); }
+
+const Mistake names[] = {
+    {"material = \"pa66\"", "material = \"pa6\"",
+     "bad.toml: fiber_type.filament.material = \"pa6\": must be the name of a material: \"carbon\" or \"pa66\"; did "
+     "you mean "
+     "\"pa66\"?"},
+    {"fiber_type = \"filament\"", "fiber_type = \"filamnet\"",
+     "bad.toml: fiber[1].fiber_type = \"filamnet\": must be the name of a fiber type: \"filament\"; did you mean "
+     "\"filament\"?"},
+    {"name = \"strand\"", "name = \"wire\"",
+     "bad.toml: bundle[1].name = \"wire\": must be a name of its own, but \"wire\" is taken"},
+    {"name = \"strand\"", "name = \"weft/3\"", "bad.toml: bundle[1].name = \"weft/3\": must be a name of its own"},
+    {"name = \"strand\"", "name = \"st*\"", "bad.toml: bundle[1].name = \"st*\": must be a name without the wildcards"},
+    {"name = \"grip\"", "name = \"side/weft/end\"",
+     "bad.toml: body[1].name = \"side/weft/end\": must be a name of its own"},
+    {"name = \"load\"", "name = \"separate\"", "bad.toml: stage[2].name = \"separate\": must be a name of its own"},
+    {"fibers = \"wire\"", "fibers = \"wires*\"",
+     "bad.toml: body[1].tie[1].fibers = \"wires*\": must fit the name of a fiber, bundle or yarn"},
+    {"fibers = \"wire\"", "fibers = \"warp/5\"",
+     "bad.toml: body[1].tie[1].fibers = \"warp/5\": must fit the name of a fiber"},
+    {"end = \"end\"", "end = \"end\"\n[[body.tie]]\nfibers = \"w*\"\nend = \"end\"",
+     "bad.toml: body[1].tie[2].fibers = \"w*\": this end of \"wire\" must not be tied twice"},
+    {"bodies = \"grip\"", "bodies = \"grips\"",
+     "bad.toml: stage[2].drive[3].bodies = \"grips\": must fit the name of a body; did you mean \"grip\"?"},
+    {"bodies = \"grip\"\ndof = \"rz\"", "bodies = \"*/end\"\ndof = [\"rz\", \"rz\"]",
+     "bad.toml: stage[2].drive[3].bodies = \"*/end\": a dof of \"warp/1/end\" must not be driven twice in a stage"},
+    {"follow = \"side/warp/end\"", "follow = \"side/warp/ends\"",
+     "bad.toml: stage[2].drive[2].follow = \"side/warp/ends\": must be the name of a body: "},
+    {"follow = \"side/warp/end\"", "follow = \"warp/2/end\"",
+     "bad.toml: stage[2].drive[2].follow = \"warp/2/end\": \"warp/2/end\" must not follow itself"},
+    {"bodies = \"grip\"\ndof = \"rz\"\ndisplacement = \"90 deg\"",
+     "bodies = \"side/warp/end\"\ndof = \"y\"\nfollow = \"warp/1/end\"",
+     "bad.toml: stage[2].drive[3].follow = \"warp/1/end\": \"side/warp/end\" must not follow itself"},
+    {"displacement = \"90 deg\"", "strain = 0.1",
+     "bad.toml: stage[2].drive[3].strain = 0.1: is for the dofs x, y and z"},
+    {"displacement = \"90 deg\"", "follow = \"side/warp/end\"",
+     "bad.toml: stage[2].drive[3].follow = \"side/warp/end\": is for the dofs x, y and z"},
+};
+TEST(BadScenes, Names) { expect_refused(names); }
+
+const Mistake patterns[] = {
+    {"\"satin\"\nharnesses = 5\nstep = 2", "\"herringbone\"",
+     "bad.toml: weave.pattern = \"herringbone\": must be \"plain\", \"twill\" or \"satin\""},
+    {"pattern = \"satin\"\nharnesses = 5\nstep = 2\n", "",
+     "bad.toml: weave: must have either \"pattern\" or \"matrix\""},
+    {"step = 2", "matrix = [[1]]", "bad.toml: weave: must have either \"pattern\" or \"matrix\""},
+    {"step = 2", "step = 4", "bad.toml: weave.step = 4: a satin of 5 harnesses must have a step from 2 to 3"},
+    {"harnesses = 5", "harnesses = 6", "bad.toml: weave.step = 2: a satin of 6 harnesses must have a step from 2 to 4"},
+    {"harnesses = 5", "harnesses = 4",
+     "bad.toml: weave.harnesses = 4: must be an integer of at least 5 and at most 1000"},
+    {"step = 2", "step = 2\nrepeat = \"2/2\"",
+     "bad.toml: weave.repeat = \"2/2\": has no effect, because pattern is not \"twill\""},
+    {"pattern = \"satin\"", "pattern = \"plain\"",
+     "bad.toml: weave.harnesses = 5: has no effect, because pattern is not \"satin\""},
+    {"\"satin\"\nharnesses = 5\nstep = 2", "\"twill\"\nrepeat = \"2/\"",
+     "bad.toml: weave.repeat = \"2/\": must be an even number"},
+    {"\"satin\"\nharnesses = 5\nstep = 2", "\"twill\"\nrepeat = \"2/1/1\"",
+     "bad.toml: weave.repeat = \"2/1/1\": must be an even"},
+    {"\"satin\"\nharnesses = 5\nstep = 2", "\"twill\"\nrepeat = \"2/0\"",
+     "bad.toml: weave.repeat = \"2/0\": must be an even"},
+    {"pattern = \"satin\"\nharnesses = 5\nstep = 2", "matrix = [[1, 0], [1]]",
+     "bad.toml: weave.matrix[2] = [1]: must be one of rows of equal length of 0 and 1"},
+    {"pattern = \"satin\"\nharnesses = 5\nstep = 2", "matrix = [[1, 2]]",
+     "bad.toml: weave.matrix[1][2] = 2: must be an integer of at least 0 and at most 1"},
+    {"pattern = \"satin\"\nharnesses = 5\nstep = 2", "matrix = []",
+     "bad.toml: weave.matrix = []: must be rows of equal length"},
+};
+TEST(BadScenes, Patterns) { expect_refused(patterns); }
+
+const Mistake effects[] = {
+    {"friction = true\ntwist", "friction = false\ntwist",
+     "bad.toml: contact.friction_coefficient = 0.3: has no effect, because effects.friction is false"},
+    {"friction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3", "friction = false",
+     "bad.toml: stage[1].friction = true: has no effect, because friction is off for the scene"},
+    {"contact = \"all\"", "contact = \"none\"",
+     "bad.toml: effects.friction = true: has no effect, because effects.contact is \"none\""},
+    {"contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3",
+     "contact = \"none\"\n[contact]\nspacing = 0.5",
+     "bad.toml: contact.spacing = 0.5: has no effect, because effects.contact is \"none\""},
+    {"friction = true\ntwist", "self_contact = 1\ntwist", "bad.toml: effects.self_contact = 1: must be true or false"},
+    {"\"enriched\"", "\"rod\"",
+     "bad.toml: effects.twist_stretch = true: has no effect, because no fiber is of the enriched model in any stage"},
+};
+TEST(BadScenes, Effects) { expect_refused(effects); }
+
+const std::string bare_scene = R"([material.m]
+model = "isotropic"
+young_modulus = "1 GPa"
+poisson_ratio = 0
+[fiber_type.t]
+material = "m"
+diameter = "10 um"
+model = "rod"
+)";
+
+TEST(BadScenes, NothingToSimulate) {
+  EXPECT_EQ(error_of(""), "bad.toml: scene: must have at least one [[fiber]], [[bundle]] or a [weave] (line 1)");
+  EXPECT_EQ(error_of(bare_scene), error_of(""));
+}
+
+TEST(BadScenes, ReferencesIntoNothing) {
+  EXPECT_EQ(error_of("[fiber_type.t]\nmaterial = \"m\"\ndiameter = \"1 um\"\n"),
+            "bad.toml: fiber_type.t.material = \"m\": must be the name of a material, but the scene has none (line 2)");
+}
+
+const std::string wire =
+    "[[fiber]]\nname = \"w\"\nfiber_type = \"t\"\nelements = 2\n"
+    "points = [[\"0 m\", \"0 m\", \"0 m\"], [\"1 mm\", \"0 m\", \"0 m\"]]\n";
+
+TEST(BadScenes, SeparationNeedsAWeave) {
+  EXPECT_EQ(error_of(bare_scene + wire + "[[stage]]\nname = \"s\"\nseparate_yarns = true\n"),
+            "bad.toml: stage[1].separate_yarns = true: needs a [weave] (line 16)");
+}
+
+TEST(BadScenes, SectionAxisNeedsEnrichedFibers) {
+  EXPECT_EQ(
+      error_of(bare_scene + wire + "section_axis = [0, 0, 1]\n"),
+      "bad.toml: fiber[1].section_axis = [0, 0, 1]: has no effect, because no fiber is of the enriched model in any "
+      "stage (line 14)");
+  EXPECT_EQ(
+      error_of(bare_scene + wire + "section_axis = [0, 0, 1]\n[[stage]]\nname = \"s\"\nfiber_model = \"enriched\"\n"),
+      "no error");
+}
+
+TEST(BadScenes, DrivesOfAbsentBodies) {
+  EXPECT_EQ(error_of(bare_scene + wire +
+                     "[[stage]]\nname = \"s\"\n[[stage.drive]]\nbodies = \"*\"\ndof = \"x\"\nstrain = 0\n"),
+            "bad.toml: stage[1].drive[1].bodies = \"*\": must fit the name of a body (line 17)");
+}
+
+TEST(BadScenes, FilesThatCannotBeRead) {
+  const auto error = [](const std::filesystem::path& file) -> std::string {
+    try {
+      return "no error in " + read_scene(file).name;
+    } catch (const InputError& e) {
+      return e.what();
+    }
+  };
+  EXPECT_EQ(error("/no/such/scene.toml"), "/no/such/scene.toml: cannot be read; must be a scene in TOML");
+  const auto folder = std::filesystem::temp_directory_path();
+  EXPECT_EQ(error(folder), folder.string() + ": cannot be read; must be a scene in TOML");
+  const auto binary = folder / "trame_bad_scenes_test.toml";
+  std::ofstream(binary, std::ios::binary) << std::string("\0\xff\xfe\x89HDF", 7);
+  EXPECT_EQ(error(binary).substr(0, 36), "trame_bad_scenes_test.toml: line 1: ");
+  std::filesystem::remove(binary);
+}
+
+}  // namespace
+}  // namespace trame::micro

@@ -1,0 +1,68 @@
+/// run_workflow without a whole simulation: --check, --print-schema, Ctrl-C, the BLAS kernel.
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "support/process.h"
+#include "support/temporary_folder.h"
+#include "support/text_file.h"
+
+namespace trame::test {
+namespace {
+
+void expect_mentions(const std::string& text, const std::vector<std::string>& fragments) {
+  for (const std::string& fragment : fragments)
+    EXPECT_NE(text.find(fragment), std::string::npos) << fragment << "\nin: " << text;
+}
+
+TEST(RunWorkflow, CheckSaysWhatWouldBeSimulatedAndWritesNothing) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run(folder.path(), {TRAME_RUN_WORKFLOW, "plain_small", "--check"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  // 2 × 2 yarns of 7 (warp) and 8 (weft) fibers.
+  expect_mentions(outcome.out,
+                  {"plain_small", "30 fibers", "effects.contact", "separate_yarns", "separate:", "load:", "side/warp"});
+  EXPECT_FALSE(std::filesystem::exists(folder / "results"));
+}
+
+TEST(RunWorkflow, SchemaListsTheKeysOfAScene) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run(folder.path(), {TRAME_RUN_WORKFLOW, "--print-schema"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  expect_mentions(outcome.out,
+                  {"title", "young_modulus", "diameter", "friction_coefficient", "yarn_spacing", "separate_yarns"});
+}
+
+TEST(RunWorkflow, HelpTellsTheExitCodes) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run(folder.path(), {TRAME_RUN_WORKFLOW, "--help"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  expect_mentions(outcome.out, {"--alpha", "--overwrite", "Exit codes"});
+}
+
+TEST(RunWorkflow, InterruptSavesEverythingUpToTheCurrentIncrement) {
+  const TemporaryFolder folder;
+  Process process(folder.path(), {TRAME_RUN_WORKFLOW, "plain_small", "--out", "out"});
+  ASSERT_TRUE(process.wait_for_output("increment 1 ", 300));
+  process.send(SIGINT);
+  const Outcome outcome = process.wait();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  expect_mentions(outcome.out, {"Interrupted"});
+  const auto summary = nlohmann::json::parse(read_text(folder / "out/summary.json"));
+  EXPECT_EQ(summary.at("status"), "interrupted");
+  EXPECT_GE(summary.at("n_increments"), 1);
+  EXPECT_GT(std::filesystem::file_size(folder / "out/states.h5"), 0u);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/vtk/fibers.pvd"));
+}
+
+TEST(RunWorkflow, LeavesAKernelThatTheUserChose) {
+  const TemporaryFolder folder;
+  Process process(folder.path(), {TRAME_RUN_WORKFLOW, "plain_small", "-v"}, {"OPENBLAS_CORETYPE=Nehalem"});
+  EXPECT_TRUE(process.wait_for_output("OpenBLAS kernel Nehalem", 60));
+  process.send(SIGKILL);
+}
+
+}  // namespace
+}  // namespace trame::test

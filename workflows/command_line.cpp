@@ -1,0 +1,78 @@
+#include "workflows/command_line.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <vector>
+
+#include "micro/core/error.h"
+
+namespace trame::workflows {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* exit_codes =
+    "Exit codes: 0 done, or ended by Ctrl-C with everything saved; 1 unexpected failure; 2 bad input; 3 the solver "
+    "gave up, with "
+    "everything up to there saved.";
+
+std::vector<std::string> scene_names(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+std::optional<Options> parse_command_line(int argc, const char* const* argv, const std::string& description) {
+  Options options;
+  CLI::App app(description);
+  app.footer(exit_codes);
+  app.set_version_flag("--version", std::string("Trame ") + TRAME_VERSION);
+  auto* scene = app.add_option("SCENE", options.scene, "Scene file, or the name of one in data/scenes");
+  app.add_option("--out", options.out, "Folder for the results [results/<scene>]");
+  app.add_flag("--overwrite", options.overwrite, "Replace the files of an earlier run in that folder");
+  app.add_option("--threads", options.n_threads, "Threads [all cores]")->check(CLI::Range(1, 1024));
+  app.add_option("--alpha", options.alpha, "Weft strain over warp strain in the last stage, instead of the scene's");
+  app.add_flag("--check", options.check, "Check the scene, say what would be simulated, and stop");
+  auto* print_schema = app.add_flag("--print-schema", options.print_schema, "Print every key of a scene, and stop");
+  app.add_flag("-v,--verbose", options.verbose, "Print the residual of every Newton iteration");
+  try {
+    app.parse(argc, argv);
+    if (scene->empty() && print_schema->empty()) throw CLI::RequiredError("SCENE");
+  } catch (const CLI::Success& success) {  // --help, --version
+    app.exit(success);
+    return std::nullopt;
+  } catch (const CLI::ParseError& error) {
+    throw InputError(fmt::format("{} (--help explains the options)", error.what()));
+  }
+  return options;
+}
+
+fs::path data_directory() {
+  const char* from_environment = std::getenv("TRAME_DATA");
+  return from_environment != nullptr ? from_environment : TRAME_DATA_DIR;
+}
+
+fs::path find_scene(const std::string& scene, const fs::path& data) {
+  const fs::path folder = data / "scenes";
+  const bool is_path = scene.find('/') != std::string::npos || scene.ends_with(".toml");
+  const fs::path file = is_path ? fs::path(scene) : folder / (scene + ".toml");
+  if (fs::is_regular_file(file)) return file;
+  throw InputError(fmt::format("scene {}: there is no file {}; must be a file, or a scene of {}: {}", scene,
+                               file.string(), folder.string(), fmt::join(scene_names(folder), ", ")));
+}
+
+fs::path default_output(const std::string& scene_name, std::optional<double> alpha) {
+  return fs::path("results") / (alpha ? fmt::format("{}_alpha_{}", scene_name, *alpha) : scene_name);
+}
+
+}  // namespace trame::workflows

@@ -1,0 +1,33 @@
+#pragma once
+/// \file
+/// Command line of the programs that run scenes.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace trame::workflows {
+
+struct Options {
+  std::string scene;                         ///< path or name, as given
+  std::optional<std::filesystem::path> out;  ///< default: results/<scene>
+  bool overwrite = false, check = false, print_schema = false, verbose = false;
+  int n_threads = 0;            ///< 0: all cores
+  std::optional<double> alpha;  ///< weft strain over warp strain
+};
+
+/// Reads the command line; nothing where it asked for help or the version, which are then printed. Throws InputError.
+[[nodiscard]] std::optional<Options> parse_command_line(int argc, const char* const* argv,
+                                                        const std::string& description);
+
+/// Data folder: TRAME_DATA from the environment, or that of the source tree.
+[[nodiscard]] std::filesystem::path data_directory();
+
+/// The file of a scene. What ends in .toml or holds a slash is a path; anything else names a file of `data`/scenes.
+/// Throws InputError, with the names there are.
+[[nodiscard]] std::filesystem::path find_scene(const std::string& scene, const std::filesystem::path& data);
+
+/// results/<scene name>, with the ratio where one is given, so that two ratios do not meet in one folder.
+[[nodiscard]] std::filesystem::path default_output(const std::string& scene_name, std::optional<double> alpha);
+
+}  // namespace trame::workflows

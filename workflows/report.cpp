@@ -1,0 +1,86 @@
+#include "workflows/report.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+namespace trame::workflows {
+
+namespace {
+
+/// RFC 4180: quoted where it holds a comma, a quote or a line break.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+/// Largest resident memory of this process so far; the kernel counts kilobytes.
+std::int64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return 1024 * static_cast<std::int64_t>(usage.ru_maxrss);
+}
+
+nlohmann::json seconds_json(const Timers& timers) {
+  nlohmann::json seconds;
+  for (std::size_t phase = 0; phase < n_phases; ++phase)
+    seconds[std::string(phase_names[phase])] = timers.seconds(static_cast<Phase>(phase));
+  seconds["total"] = timers.total();
+  return seconds;
+}
+
+}  // namespace
+
+std::string curves_csv(const std::vector<micro::CurvePoint>& curve) {
+  std::string text = "stage,stage_time,warp_strain,weft_strain,warp_force_N,weft_force_N\n";
+  for (const micro::CurvePoint& point : curve)
+    text += fmt::format("{},{:.6g},{:.9g},{:.9g},{:.9g},{:.9g}\n", csv_field(point.stage), point.stage_time,
+                        point.side_strain[0], point.side_strain[1], point.side_force[0], point.side_force[1]);
+  return text;
+}
+
+std::string status_text(micro::SimulationSummary::Status status) {
+  using Status = micro::SimulationSummary::Status;
+  return status == Status::done ? "done" : status == Status::interrupted ? "interrupted" : "gave_up";
+}
+
+nlohmann::json summary_json(const std::string& scene, std::optional<double> alpha,
+                            const micro::SimulationSummary& summary) {
+  const micro::EnergyRecord& energy = summary.energy;
+  return {
+      {"version", TRAME_VERSION},
+      {"scene", scene},
+      {"alpha", alpha ? nlohmann::json(*alpha) : nlohmann::json()},
+      {"status", status_text(summary.status)},
+      {"message", summary.message},
+      {"threads", summary.n_threads},
+      {"n_fibers", summary.size.n_fibers},
+      {"n_nodes", summary.size.n_nodes},
+      {"n_bodies", summary.size.n_bodies},
+      {"n_dofs", summary.size.n_dofs},
+      {"n_contact_elements_max", summary.n_contact_elements_max},
+      {"n_increments", summary.n_increments},
+      {"n_cut_increments", summary.n_cut_increments},
+      {"n_newton_iterations", summary.n_newton_iterations},
+      {"n_factorizations", summary.n_factorizations},
+      {"max_penetration_over_radius", summary.max_penetration_over_radius},
+      {"force_imbalance", summary.force_imbalance},
+      {"moment_imbalance", summary.moment_imbalance},
+      {"energy",
+       {{"external_work", energy.external_work},
+        {"stored", energy.stored},
+        {"friction", energy.friction},
+        {"damping", energy.damping},
+        {"imbalance", energy.imbalance}}},
+      {"crossing_order_ok", summary.crossing_order_ok},
+      {"n_crossings", summary.n_crossings},
+      {"n_crossings_ok", summary.n_crossings_ok},
+      {"seconds", seconds_json(summary.timers)},
+      {"peak_memory_bytes", peak_memory_bytes()},
+  };
+}
+
+}  // namespace trame::workflows

@@ -1,0 +1,93 @@
+#include "workflows/terminal.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <csignal>
+
+namespace trame::workflows {
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+
+void request_stop(int) {
+  stop_requested = true;
+  static constexpr std::string_view notice =
+      "\nStopping after this increment; everything up to it is saved. Again: stop at once.\n";
+  [[maybe_unused]] const auto n = write(STDERR_FILENO, notice.data(), notice.size());
+}
+
+std::size_t screen_width(std::FILE* stream) {
+  winsize size{};
+  return ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;
+}
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  if (seconds < 0.9995) return fmt::format("{:.0f} ms", 1000 * seconds);
+  if (seconds < 59.95) return fmt::format("{:.1f} s", seconds);
+  const long whole = std::lround(seconds);
+  if (whole < 3600) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+  const long minutes = std::lround(seconds / 60);
+  return fmt::format("{} h {:02} min", minutes / 60, minutes % 60);
+}
+
+std::string bytes_text(double bytes) {
+  static constexpr std::array units = {"B", "kB", "MB", "GB", "TB"};
+  std::size_t unit = 0;
+  for (; bytes >= 999.5 && unit + 1 < units.size(); ++unit) bytes /= 1000;
+  return fmt::format("{:.{}f} {}", bytes, bytes < 9.95 && unit > 0 ? 1 : 0, units[unit]);
+}
+
+std::string progress_text(const micro::Progress& progress, double elapsed_seconds) {
+  std::string text =
+      fmt::format("{:3.0f} %  {} ({}/{})  increment {}  {}", 100 * progress.fraction, progress.stage,
+                  progress.stage_index + 1, progress.n_stages, progress.increment, duration_text(elapsed_seconds));
+  if (progress.fraction > 0 && progress.fraction < 1)
+    text += fmt::format(", about {} left", duration_text(elapsed_seconds * (1 / progress.fraction - 1)));
+  text += fmt::format("  {} contacts", progress.n_contact_elements);
+  if (progress.solver != nullptr)
+    text += fmt::format(", {} iterations, penetration {:.3f} R", progress.solver->n_newton_iterations,
+                        progress.solver->max_penetration_over_radius);
+  return text;
+}
+
+Terminal::Terminal(std::FILE* stream) : stream_(stream), is_screen_(isatty(fileno(stream)) != 0) {}
+
+void Terminal::line(std::string_view text) {
+  fmt::print(stream_, "{}{}\n", progress_open_ ? "\r\033[K" : "", text);
+  progress_open_ = false;
+  std::fflush(stream_);
+}
+
+void Terminal::progress(const micro::Progress& progress) {
+  const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const std::string text = progress_text(progress, elapsed);
+  if (!is_screen_) return line(text);
+  fmt::print(stream_, "\r\033[K{}", text.substr(0, screen_width(stream_) - 1));
+  std::fflush(stream_);
+  progress_open_ = true;
+}
+
+void Terminal::end_progress() {
+  if (progress_open_) std::fputc('\n', stream_);
+  progress_open_ = false;
+}
+
+const std::atomic<bool>& stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = request_stop;
+  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  return stop_requested;
+}
+
+}  // namespace trame::workflows

@@ -1,0 +1,31 @@
+#pragma once
+/// \file
+/// From a command line to a folder of results: what run_workflow and simulate_fibers share.
+
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "micro/core/timers.h"
+#include "workflows/output_directory.h"
+#include "workflows/terminal.h"
+
+namespace trame::workflows {
+
+enum ExitCode { exit_done = 0, exit_unexpected = 1, exit_bad_input = 2, exit_gave_up = 3 };
+
+/// Results that a program derives from the saved states, after the simulation and the fibers' VTK files. What it returns,
+/// an object, is merged into summary.json.
+using FromStates =
+    std::function<nlohmann::json(const OutputDirectory& out, int n_threads, Timers& timers, Terminal& terminal)>;
+
+struct Program {
+  std::string name;
+  std::string description;
+  FromStates from_states;  ///< may be empty
+};
+
+/// Runs `program` on a command line and returns its exit code. Every exception ends here as a message.
+[[nodiscard]] int run_program(const Program& program, int argc, char** argv);
+
+}  // namespace trame::workflows
