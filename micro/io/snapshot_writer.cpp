@@ -135,7 +135,7 @@ struct Creator {
     create(path, hdf5::file_type<T>(), {0}, {scalar_chunk_rows}, false, unit);
   }
   void label(const std::string& path, const std::string&) {
-    create(path, hdf5::string_type(layout::max_stage_bytes), {0}, {scalar_chunk_rows}, false, "1");
+    create(path, hdf5::string_type(layout::max_stage_bytes), {0}, {page_size / layout::max_stage_bytes}, false, "1");
   }
   void count() {
     const Handle properties(H5Pcreate(H5P_DATASET_CREATE)), space(H5Screate(H5S_SCALAR));
