@@ -14,7 +14,8 @@
 
 namespace trame::micro {
 
-/// Units of the computation: the mean fiber radius and the largest axial modulus of the scene, so that everything inside is of order 1.
+/// Units of the computation: the mean radius of the fiber types and the largest axial modulus of the materials, so that
+/// everything inside is of order 1.
 struct Scales {
   double length = 1;  ///< m
   double stress = 1;  ///< Pa
@@ -46,7 +47,7 @@ struct StageModel {
   StageModel& operator=(const StageModel&) = delete;
 
   [[nodiscard]] PrescribedMotion motion(const State& state, double from, double to) const;
-  /// Force with which each body pulls at its fibers and followers.
+  /// Force and moment with which a body pulls at its fibers and followers.
   [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;
   [[nodiscard]] std::string describe_dof(Index dof) const;
 

@@ -22,7 +22,9 @@ find_path(UDUNITS2_INCLUDE_DIR udunits2.h REQUIRED)
 find_library(UDUNITS2_LIBRARY udunits2 REQUIRED)
 
 find_package(CGAL REQUIRED)
-find_package(VTK 9 REQUIRED COMPONENTS CommonCore CommonDataModel IOXML)
+find_package(X11 REQUIRED)
+find_package(VTK 9 REQUIRED COMPONENTS CommonCore CommonDataModel FiltersCore FiltersGeneral ImagingCore IOImage IOXML
+                                       RenderingCore RenderingFreeType RenderingOpenGL2)
 find_package(deal.II 9.4 REQUIRED)
 
 # deal.II's own target forces flags, the gold linker and the headers of a parallel HDF5; this one brings only what is used.

@@ -12,7 +12,7 @@ namespace trame::micro {
 [[nodiscard]] ContactRecord record_contacts(const StageModel& model, const State& state, const Scales& scales);
 [[nodiscard]] BodyRecord record_bodies(const StageModel& model, const State& state, const Scales& scales);
 
-/// Moment of all external forces and moments about the origin over the sum of the magnitudes that cancel in it.
+/// Moment about the origin of all pulls of bodies at fibers over the sum of the magnitudes that cancel in it.
 [[nodiscard]] double moment_imbalance(const StageModel& model, const State& state);
 /// Work of the external forces on the bodies between two states, by the trapezoidal rule.
 [[nodiscard]] double external_work(const StageModel& model, const State& from, const State& to,

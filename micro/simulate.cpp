@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "micro/core/wildcard.h"
 #include "micro/model.h"
@@ -86,6 +87,13 @@ void place_leaders(const Assembly& assembly, const Stage& stage, std::vector<Pos
   }
 }
 
+void add_history(std::vector<ContactHistory>& history, const std::vector<ContactHistory>& more) {
+  history.insert(history.end(), more.begin(), more.end());
+  std::sort(history.begin(), history.end(), [](const ContactHistory& a, const ContactHistory& b) {
+    return std::tie(a.fiber_a, a.fiber_b, a.s_a) < std::tie(b.fiber_a, b.fiber_b, b.s_a);
+  });
+}
+
 void count_crossings(const StageModel& model, const State& state, const Assembly& assembly, SimulationSummary& summary) {
   summary.n_crossings = static_cast<Index>(assembly.crossings.size());
   summary.n_crossings_ok = 0;
@@ -140,7 +148,8 @@ class Run {
     const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
                                          scene_.solver.step_cap};
     const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates,
-                                scene_.solver.geometry_tolerance, scene_.solver.min_increment};
+                                scene_.solver.geometry_tolerance, scene_.solver.min_increment,
+                                scene_.solver.step_cap};
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
@@ -166,6 +175,7 @@ class Run {
     for (Index b = 0; b < model.bodies.n_bodies(); ++b) carried_.poses[b] = model.bodies.pose(state, b);
     carried_.body_forces = body_forces(model, state);
     if (model.contact) carried_.contact_history = model.contact->history();
+    if (model.crossing_order) add_history(carried_.contact_history, model.crossing_order->history(state));
     count_crossings(model, state, assembly_, summary_);
     if (outcome.status == StageOutcome::Status::interrupted) summary_.status = Status::interrupted;
     if (outcome.status == StageOutcome::Status::gave_up) {

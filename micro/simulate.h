@@ -44,11 +44,12 @@ struct SimulateOptions {
   const std::atomic<bool>* stop = nullptr;            ///< end after the current increment when true
 };
 
-/// A point of the curves: displacement and force of every body, per increment.
+/// A point of the curves: strain and force of the patch's sides, per increment.
 struct CurvePoint {
   std::string stage;
   double stage_time = 0;
-  std::array<double, 2> side_strain{};  ///< warp, weft: change of the distance of the side bodies since the last stage without driven sides; 0 without a weave
+  /// Warp, weft: relative change of the distance of the side bodies since the stages that drive them began; 0 without a weave.
+  std::array<double, 2> side_strain{};
   std::array<double, 2> side_force{};   ///< warp, weft: mean of the pulling forces on both sides, N
 };
 

@@ -126,15 +126,13 @@ void Contact::commit(const State& state) {
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     const ContactElement& e = elements_[i];
     const Vec3 traction = friction(e, e.relative_position(field_.layout(), state)).force;
-    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.length, e.normal, traction, e.penalty_scale};
+    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale};
   }
 }
 
-/// Zone by zone (up to eight consecutive samples of a pair): where the largest penetration p exceeds the target the penalty rises by
-/// (p/target)², since p² goes with 1/k at a given force, where it stays below a quarter of the target it falls. Zones without any
-/// contact keep theirs, so that a fiber does not meet a penalty that its neighbours have worn down.
+/// Zone by zone: up to eight consecutive samples of a pair. Zones without any contact keep their penalty, so that a fiber does not meet
+/// one that its neighbours have worn down.
 void Contact::adapt_penalties(const State& state) {
-  constexpr double largest_rise = 4, fall = 0.7, smallest_scale = 0.1;
   constexpr std::size_t zone_samples = 8;
   for (std::size_t begin = 0; begin < elements_.size();) {
     const ContactElement& first = elements_[begin];
@@ -147,11 +145,8 @@ void Contact::adapt_penalties(const State& state) {
       penetration = std::max(penetration, -e.gap(field_.layout(), state));
       scale = std::max(scale, e.penalty_scale);
     }
-    const double ratio = penetration / (law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b));
-    if (ratio > 1)
-      scale *= std::min(ratio * ratio, largest_rise);
-    else if (ratio > 0 && ratio < 0.25)
-      scale = std::max(smallest_scale, fall * scale);
+    const double target = law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b);
+    scale = adapted_penalty_scale(scale, penetration / target);
     for (; begin < end; ++begin) elements_[begin].penalty_scale = scale;
   }
 }

@@ -20,15 +20,6 @@ struct ContactLaw {
   double reversible_slip = 0.05;     ///< in radii
 };
 
-/// What history keeps of a contact element between detections and increments.
-struct ContactHistory {
-  Index fiber_a, fiber_b;
-  double s_a, s_b;
-  double length;
-  Vec3 normal, traction;
-  double penalty_scale;
-};
-
 /// Penalty contact with Coulomb friction between fibers that run side by side or cross.
 class Contact final : public Effect {
  public:

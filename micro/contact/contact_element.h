@@ -23,6 +23,24 @@ namespace trame::micro {
   return p <= 0 ? 0 : p < p_reg ? k * p * p * p / (6 * p_reg) : k * (0.5 * p * p - 0.5 * p * p_reg + p_reg * p_reg / 6);
 }
 
+/// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes with 1/k at a
+/// given force, and falls where the penetration stays below a quarter of the target.
+[[nodiscard]] constexpr double adapted_penalty_scale(double scale, double ratio) {
+  constexpr double largest_rise = 4, fall = 0.7, smallest_scale = 0.1;
+  if (ratio > 1) return scale * (ratio * ratio < largest_rise ? ratio * ratio : largest_rise);
+  if (ratio > 0 && ratio < 0.25) return fall * scale > smallest_scale ? fall * scale : smallest_scale;
+  return scale;
+}
+
+/// What history keeps of a contact element between detections, increments and stages.
+struct ContactHistory {
+  Index fiber_a = 0, fiber_b = 0;  ///< a < b
+  double s_a = 0, s_b = 0;
+  Vec3 normal = Vec3::UnitZ();
+  Vec3 traction = Vec3::Zero();    ///< Friction::force; −traction acts on b
+  double penalty_scale = 1;
+};
+
 /// A pair of particles that may touch. While n and the arc lengths are frozen, the gap is
 ///   g = n·(r_b − r_a) − R_a |w_a| − R_b |w_b| − offset,   w = (n·g₁, n·g₂),
 /// R |w| being the support function of a section in direction n: its outline may turn without changing the gap. (With particles
@@ -40,7 +58,7 @@ struct ContactElement {
   double penalty_scale = 1;           ///< adapted factor that `penalty` includes
   // Friction; all zero where there is none.
   Vec3 x_start = Vec3::Zero();        ///< x_b − x_a of the particles at the start of the step
-  Vec3 traction_start = Vec3::Zero(); ///< friction force on b at the start of the step, tangential
+  Vec3 traction_start = Vec3::Zero(); ///< Friction::force at the start of the step, tangential; −traction_start acts on b
   double tangential_stiffness = 0;    ///< µ N / u_rev with the lagged normal force N
   double slip_limit = 0;              ///< µ N, lagged
   double normal_force_lagged = 0;     ///< N
@@ -62,12 +80,12 @@ struct Touch {
 [[nodiscard]] Touch touch(const FiberPoint& particle, double radius, const Vec3& outward, const Layout& layout,
                           const State& state);
 
-/// Friction at a relative position: return mapping of the trial force on b onto the disc of radius µN.
+/// Friction at a relative position: return mapping of the trial traction onto the disc of radius µN.
 struct Friction {
   Vec3 force = Vec3::Zero();  ///< gradient by x_b − x_a of the friction potential (the force on b is −force)
   Vec3 direction = Vec3::Zero();
   double stiffness_along = 0, stiffness_across = 0;  ///< along the trial force, and across it in the tangent plane
-  double energy = 0;
+  double energy = 0;        ///< incremental potential: ½|t|²/k and, where it slides, the slip work of the step
   bool slides = false;
 };
 [[nodiscard]] Friction friction(const ContactElement& element, const Vec3& relative_position);

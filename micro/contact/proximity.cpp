@@ -227,7 +227,7 @@ std::vector<Proximity> find_proximities(const FiberField& field, const State& st
     return a.fiber_a == b.fiber_a && a.fiber_b == b.fiber_b && a.sense == b.sense && a.k == b.k;
   };
   std::sort(sampled.begin(), sampled.end(), by_order);
-  // One fiber may meet another, or itself, at the same mean arc length in two places: only neighbours in s are one sample.
+  // The nearest candidate stands for a sample. Of two places where fibers meet at the same mean arc length only that one is kept.
   sampled.erase(std::unique(sampled.begin(), sampled.end(), same_sample), sampled.end());
   for (Candidate& c : crossings) c.sense = 0;
   std::sort(crossings.begin(), crossings.end(), by_order);

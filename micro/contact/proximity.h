@@ -1,6 +1,6 @@
 #pragma once
 /// \file
-/// Where fibers come close: proximity zones and their intermediate geometry, found in O(n) with a grid.
+/// Where fibers come close: proximity zones and their intermediate geometry, found with a grid in O(n log n).
 ///
 /// Two stretches that run side by side have as intermediate geometry the midpoints of the chords that are normal to the mean
 /// tangent, parametrised by the mean arc length τ = ½(s_a + σ s_b), σ = ±1 their sense. It is sampled at multiples of a spacing, so
@@ -33,7 +33,7 @@ struct ProximitySearch {
 [[nodiscard]] std::vector<Proximity> find_proximities(const FiberField& field, const State& state,
                                                       const ProximitySearch& search);
 
-/// The chord normal to the mean tangent at mean arc length tau, or nothing where it leaves a fiber. `u` is a first guess
+/// The chord normal to the mean tangent at mean arc length tau; false where it leaves a fiber. `u` is a first guess
 /// of ½(s_a − σ s_b) and gets the solution.
 [[nodiscard]] bool intermediate_chord(const FiberField& field, const State& state, Proximity& pair, double sense,
                                       double tau, double& u);

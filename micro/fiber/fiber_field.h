@@ -56,7 +56,7 @@ class FiberField {
   [[nodiscard]] FiberPoint particle(Index fiber, double s, const Vec2& xi) const;
 
   /// Unknowns of a configuration, and back. The latter fills every node of the mesh; sections of rods are carried along the
-  /// curve without twist from the section `section_start` gives at the fiber's start.
+  /// curve without twist from the one that `configuration` holds at the fiber's start, turned with the tangent there.
   void read_configuration(const FiberConfiguration& configuration, State& state) const;
   void write_configuration(const State& state, FiberConfiguration& configuration) const;
 

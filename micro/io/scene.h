@@ -31,13 +31,14 @@ struct FiberType {
   FiberModel model = FiberModel::enriched;
 };
 
-/// A single fiber along points (natural cubic spline through them; two points: a straight fiber), free of stress in that shape.
+/// A single fiber along points (cubic spline through them, a parabola for three, straight for two), free of stress in that shape as
+/// an enriched beam; rods are straight at rest.
 struct FiberSpec {
   std::string name;
   Index type = 0;                     ///< index into Scene::fiber_types
   std::vector<Vec3> points;           ///< at least two, m
   Index n_elements = 0;
-  std::optional<Vec3> section_axis;   ///< direction of g₁ at the start (made normal to the fiber); default: any
+  std::optional<Vec3> section_axis;   ///< direction of g₁ at the start (made normal to the fiber); default: z
 };
 
 /// A bundle: fibers packed on a hexagonal lattice around a line through points, turned `twist` times over its length.
@@ -71,8 +72,8 @@ struct Weave {
   YarnSystem warp, weft;
 };
 
-/// How fiber ends follow a body: position and section of each, or each fiber's position along the body's axis of ties
-/// and only the mean of the others, so that fibers may rearrange.
+/// How fiber ends follow a body: position and section of each; or, so that fibers may rearrange, section and position along its own
+/// reference tangent of each and across it only the mean position of all.
 enum class TieKind : std::uint8_t { clamped, average };
 enum class FiberEnd : std::uint8_t { start, end };
 
@@ -138,11 +139,11 @@ struct ContactSettings {
 };
 
 struct SolverSettings {
-  double force_tolerance = 1e-4;         ///< residual over the largest effect's force norm
+  double force_tolerance = 1e-4;         ///< residual norm over the norm of the force magnitudes that cancel in it
   Index max_newton_iterations = 40;
   Index max_geometry_updates = 6;        ///< contact detections within an increment
   double geometry_tolerance = 1e-2;      ///< residual, likewise, once the contact geometry is that of the final state
-  double step_cap = 0.5;                 ///< largest motion per Newton iteration, in R
+  double step_cap = 0.5;                 ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
   double min_increment = 1e-4;           ///< smallest fraction of a stage before the solver gives up
 };
 

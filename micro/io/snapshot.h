@@ -43,7 +43,7 @@ struct SolverRecord {
   double residual = 0;  ///< relative, at acceptance
   double max_penetration_over_radius = 0;
   double force_imbalance = 0, moment_imbalance = 0;  ///< relative
-  double proximal = 0;                               ///< η, 0: no damping
+  double proximal = 0;                               ///< η in natural units (largest axial modulus × mean radius of the types), 0: no damping
   EnergyRecord energy;
   double seconds = 0;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace trame::micro {
 
@@ -23,7 +24,9 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
       const auto guard = timers.measure(Phase::detection);
       for (const auto& effect : effects) effect->update(state);
     }
-    newton.announce(effects);
+    if (newton.announce(effects) && driver.log)
+      driver.log(fmt::format("    new pattern: {:.3g} entries in K, {:.3g} in L, {:.3g} flops", newton.n_matrix_entries(),
+                             newton.n_factor_entries(), newton.n_factor_flops()));
     if (update > 0) {
       const Residual r = newton.evaluate(effects, motion, state);
       report.residual = r.relative();
@@ -43,22 +46,36 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
   return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual), 0};
 }
 
+/// First guess of a step: vectors go on as in the last one, `ratio` times as far but none farther than `cap`.
+/// Rotations stay: their prescribed parts are advanced by Newton's method.
+State predict(const State& state, const State& before, double ratio, double cap) {
+  double largest = 0;
+  for (std::size_t v = 0; v < state.q.size(); ++v)
+    largest = std::max(largest, ratio * (state.q[v] - before.q[v]).norm());
+  if (largest > cap) ratio *= cap / largest;
+  State predicted = state;
+  for (std::size_t v = 0; v < state.q.size(); ++v) predicted.q[v] += ratio * (state.q[v] - before.q[v]);
+  return predicted;
+}
+
 }  // namespace
 
 StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, State& state) {
   const double nominal = 1.0 / settings.n_increments;
-  double time = 0, size = nominal;
+  double time = 0, size = nominal, last_size = nominal;
+  State before = state;  // the accepted state before `state`
   IncrementReport report;
   auto clock = Timers::Clock::now();
   while (time < 1) {
     // A last increment that would be a sliver is joined to the one before.
     const double to = time + 1.01 * size >= 1 ? 1 : time + size;
     if (driver.log) driver.log(fmt::format("  stage time {:.4f} -> {:.4f}", time, to));
-    State trial = state;
+    // A first guess that led to a cut is not tried again.
+    State trial = report.n_cuts == 0 ? predict(state, before, (to - time) / last_size, settings.prediction_cap) : state;
     for (const auto& effect : effects) effect->begin_step(state, to);
     const Attempt attempt =
-        try_increment(newton, effects, settings, driver, timers, driver.motion(state, time, to), trial, report);
+        try_increment(newton, effects, settings, driver, timers, driver.motion(trial, time, to), trial, report);
     if (!attempt.accepted) {
       ++report.n_cuts;
       size = 0.5 * (to - time);
@@ -68,7 +85,8 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
       continue;
     }
     for (const auto& effect : effects) effect->commit(trial);
-    state = std::move(trial);
+    before = std::exchange(state, std::move(trial));
+    last_size = to - time;
     time = to;
     report.stage_time = time;
     report.seconds = std::chrono::duration<double>(Timers::Clock::now() - clock).count();

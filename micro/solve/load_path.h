@@ -14,6 +14,7 @@ struct LoadPathSettings {
   int max_geometry_updates = 6;
   double geometry_tolerance = 1e-3;  ///< relative residual after the contact geometry has been updated
   double min_increment = 1e-4;       ///< of stage time
+  double prediction_cap = 0.5;       ///< largest motion of a first guess, in the unit of length
 };
 
 /// What the solver did for one increment.
@@ -27,7 +28,7 @@ struct IncrementReport {
 
 /// How the driver of a stage takes part.
 struct StageDriver {
-  /// Motion of the prescribed dofs from `state` to stage time t.
+  /// Motion of the prescribed dofs to stage time `to`: of translations from `state`, of rotations from stage time `from`.
   std::function<PrescribedMotion(const State& state, double from, double to)> motion;
   /// An increment has converged and is committed; return false to end here.
   std::function<bool(const State& state, const IncrementReport& report)> accepted;
@@ -38,7 +39,7 @@ struct StageOutcome {
   enum class Status : std::uint8_t { done, interrupted, gave_up } status = Status::done;
   std::string reason;       ///< why it gave up
   double stage_time = 0;    ///< reached
-  Index worst_dof = 0;      ///< largest residual of the last failure
+  Index worst_dof = 0;      ///< largest residual of the last failure of Newton's method; else 0
 };
 
 /// Runs a stage on `state`, which at the end holds the last accepted one.

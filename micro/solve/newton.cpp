@@ -25,18 +25,18 @@ NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings,
     owned_from_[t] = static_cast<Index>(static_cast<std::int64_t>(layout.n_nodes()) * t / n_threads_);
 }
 
-void NewtonSolver::announce(const Effects& effects) {
+bool NewtonSolver::announce(const Effects& effects) {
   Pattern::Builder builder;
   {
     const auto guard = timers_.measure(Phase::detection);
     for (const auto& effect : effects) effect->announce(builder);
-    if (pattern_.covers(builder)) return;
+    if (pattern_.covers(builder)) return false;
   }
   const auto guard = timers_.measure(Phase::symbolic);
   pattern_ = Pattern(layout_, std::move(builder));
   values_.resize(pattern_.n_values());
   cholesky_.analyze(layout_, pattern_);
-  ++n_analyses_;
+  return true;
 }
 
 void NewtonSolver::assemble(const Effects& effects, const State& state, Assembler::Tangent tangent) {

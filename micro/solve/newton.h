@@ -52,8 +52,8 @@ class NewtonSolver {
  public:
   NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers);
 
-  /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept.
-  void announce(const Effects& effects);
+  /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept. Returns true for a new one.
+  bool announce(const Effects& effects);
 
   /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`.
   /// `log` (may be empty) gets a line per iteration.
@@ -65,9 +65,9 @@ class NewtonSolver {
   /// Gradient at the last evaluated state; at prescribed dofs it is the reaction, the force that holds them.
   [[nodiscard]] const std::vector<double>& force() const { return force_; }
 
-  [[nodiscard]] const Pattern& pattern() const { return pattern_; }
+  [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(pattern_.n_values()); }
   [[nodiscard]] double n_factor_entries() const { return cholesky_.n_factor_entries(); }
-  [[nodiscard]] int n_analyses() const { return n_analyses_; }
+  [[nodiscard]] double n_factor_flops() const { return cholesky_.n_factor_flops(); }
 
  private:
   void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent);
@@ -86,7 +86,6 @@ class NewtonSolver {
   Pattern pattern_;
   Cholesky cholesky_;
   bool projected_ = false;  // the exact tangent was indefinite in this solve
-  int n_analyses_ = 0;
   std::vector<Index> owned_from_;  // n_threads + 1 node limits
   std::vector<double> values_, force_, magnitude_, step_;
   State trial_;

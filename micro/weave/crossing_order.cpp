@@ -105,4 +105,16 @@ void CrossingOrder::commit(const State& state) {
   force_n_ = force;
 }
 
+std::vector<ContactHistory> CrossingOrder::history(const State& state) const {
+  std::vector<ContactHistory> history;
+  for (const ContactElement& e : elements_) {
+    if (e.gap(field_.layout(), state) >= 0) continue;
+    if (e.fiber_a < e.fiber_b)
+      history.push_back({e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, Vec3::Zero(), 1});
+    else
+      history.push_back({e.fiber_b, e.fiber_a, e.s_b, e.s_a, -e.normal, Vec3::Zero(), 1});
+  }
+  return history;
+}
+
 }  // namespace trame::micro

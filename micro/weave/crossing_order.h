@@ -1,7 +1,7 @@
 #pragma once
 /// \file
 /// Separation of interpenetrating yarns: at each crossing of a warp and a weft yarn all pairs of fibers obey
-/// order·(z_a − z_b) ≥ d, whatever their depth, with vertical normals, while d rises from −(height of the flat yarns) to R_a + R_b.
+/// z_a − z_b ≥ d, a in the upper yarn, whatever their depth, with vertical normals, while d rises from −(height of the flat yarns) to R_a + R_b.
 
 #include <optional>
 
@@ -18,6 +18,7 @@ struct YarnCrossing {
 class CrossingOrder final : public Effect {
  public:
   /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length of gap.
+  /// It is not adapted: measured, stiff crossings cost many iterations, and relaxation adapts what remains in contact anyway.
   CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth, double penalty,
                 double p_reg);
 
@@ -31,6 +32,8 @@ class CrossingOrder final : public Effect {
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
   /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
   [[nodiscard]] double work() const { return work_; }
+  /// What ordinary contact takes over from the fibers that press on each other: penalties, and on which side they lie.
+  [[nodiscard]] std::vector<ContactHistory> history(const State& state) const;
 
  private:
   const FiberField& field_;
@@ -44,8 +47,8 @@ class CrossingOrder final : public Effect {
 /// Arc lengths at which the plan views (along z) of two fibers cross; false where they do not.
 [[nodiscard]] bool plan_crossing(const FiberField& field, const State& state, Index a, Index b, double& s_a, double& s_b);
 
-/// Vertical distance z_a − z_b of two fibers where their plan views cross, for all fiber pairs of a crossing:
-/// the smallest of upper over lower, or nothing where no pair crosses.
+/// Smallest vertical distance z_upper − z_lower of the fiber pairs of a crossing, each where its plan views cross; nothing where
+/// no pair crosses.
 [[nodiscard]] std::optional<double> smallest_separation(const FiberField& field, const State& state,
                                                         const YarnCrossing& crossing);
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "micro/fiber/enriched_beam.h"
@@ -19,7 +20,7 @@ namespace trame::micro {
 namespace {
 
 constexpr double length = 100, poisson_ratio = 0.3;
-constexpr double bending = std::numbers::pi / 4;             // E I of radius 1, modulus 1
+constexpr double bending = std::numbers::pi / 4;               // E I of radius 1, modulus 1
 constexpr double end_force = 2 * bending / (length * length);  // P L²/EI = 2
 
 /// A dead force on the last node of the layout that grows with the stage time.
@@ -84,6 +85,7 @@ Vec3 tip_by_shooting(FiberModel model) {
   rod.section = test::circular_section(1, poisson_ratio, 1);
   if (model == FiberModel::rod) {  // neither shear nor squeezed sections
     rod.section.shear = std::numeric_limits<double>::infinity();
+    rod.section.stretches = false;
   }
   rod.length = length;
   rod.end_force = Vec3(0, 0, end_force);
@@ -91,21 +93,23 @@ Vec3 tip_by_shooting(FiberModel model) {
   return test::shoot_rod(rod).r;
 }
 
-void expect_order(FiberModel model, double order_at_least, double error_at_most) {
+/// Theory gives 4 for both: h^(2k) of quadratic elements for what the load does work on, and the same of Hermite
+/// cubics. Coarse meshes with slender elements are not in the asymptotic range yet, so the mean over three refinements
+/// counts.
+void expect_fourth_order(FiberModel model) {
   const Vec3 exact = tip_by_shooting(model);
-  double before = 0;
+  std::vector<double> errors;
   for (const Index n : {4, 8, 16, 32}) {
-    const double error = (tip(model, n) - exact).norm() / length;
-    const double order = before > 0 ? std::log2(before / error) : 0;
-    fmt::print("{:2d} elements: error / length {:.2e}, order {:.2f}\n", n, error, order);
-    if (n == 16) EXPECT_GT(order, order_at_least);
-    if (n == 32) EXPECT_LT(error, error_at_most);
-    before = error;
+    errors.push_back((tip(model, n) - exact).norm() / length);
+    const double order = errors.size() > 1 ? std::log2(errors[errors.size() - 2] / errors.back()) : 0;
+    fmt::print("{:2d} elements: error / length {:.2e}, order {:.2f}\n", n, errors.back(), order);
   }
+  EXPECT_GT(std::log2(errors.front() / errors.back()) / 3, 3.5);
+  EXPECT_LT(errors.back(), 1e-6);
 }
 
-TEST(Convergence, EnrichedBeam) { expect_order(FiberModel::enriched, 3.5, 1e-5); }
-TEST(Convergence, Rod) { expect_order(FiberModel::rod, 3.5, 1e-5); }
+TEST(Convergence, EnrichedBeam) { expect_fourth_order(FiberModel::enriched); }
+TEST(Convergence, Rod) { expect_fourth_order(FiberModel::rod); }
 
 }  // namespace
 }  // namespace trame::micro

@@ -3,12 +3,12 @@
 /// Initially curved rods in space by shooting: an independent solution of what the fiber models discretise.
 ///
 /// Simo–Reissner rod with the frame Λ = [d₁ d₂ d₃], d₁ along the undeformed tangent, r' = Λ Γ, Λ' = Λ skew(K), and the
-/// balance n = P (a dead force at the end), m' = −r' × n, m(L) = M. Section law in the quadratic measures of the fibers with
-/// g₁ = α₁ d₂, g₂ = α₂ d₃,
+/// balance n = P (a dead force at the end), m' = −r' × n, m(L) = M. Section law in the quadratic measures of the fibers
+/// with g₁ = α₁ d₂, g₂ = α₂ d₃,
 ///   E_ss = ½(|Γ|² − 1), E_11 = ½(α₁² − 1), E_22 = ½(α₂² − 1), 2E_s1 = α₁Γ₂, 2E_s2 = α₂Γ₃, g₁'·g₂ = α₁α₂K₁,
 ///   κ₁ = r'·g₁' = α₁(Γ₃K₁ − Γ₁K₃), κ₂ = r'·g₂' = α₂(Γ₁K₂ − Γ₂K₁),
-/// W = A/2 E:C:E + EI/2 Σ(κ − κ⁰)² + GJ/2 (α₁α₂K₁)², stationary in α₁, α₂ (their gradients left out: they are (R/L)² smaller).
-/// With EA and GA → ∞ it is Kirchhoff's rod, in a plane Euler's elastica.
+/// W = A/2 E:C:E + EI/2 Σ(κ − κ⁰)² + GJ/2 (α₁α₂K₁)², stationary in α₁, α₂ (their gradients left out: they are (R/L)²
+/// smaller). With EA and GA → ∞ it is Kirchhoff's rod, in a plane Euler's elastica.
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -25,17 +25,18 @@ namespace trame::micro::test {
 struct RodSection {
   double axial = 0, shear = 0, bending = 0, torsion = 0;  ///< EA, GA, EI, GJ
   double poisson_ratio = 0;
+  bool stretches = true;  ///< false: α₁ = α₂ = 1, as in rods
 };
 
 struct RodProblem {
   RodSection section;
   double length = 0;
-  Vec3 position = Vec3::Zero();          ///< of the clamp
-  Mat3 frame = Mat3::Identity();         ///< of the clamp
-  Vec3 curvature = Vec3::Zero();         ///< K at rest, constant along the rod, in the frame, without twist
-  Vec3 end_force = Vec3::Zero();         ///< P
-  Vec3 end_moment = Vec3::Zero();        ///< M
-  int n_steps = 200;                     ///< of the fourth-order Runge–Kutta method
+  Vec3 position = Vec3::Zero();    ///< of the clamp
+  Mat3 frame = Mat3::Identity();   ///< of the clamp
+  Vec3 curvature = Vec3::Zero();   ///< K at rest, constant along the rod, in the frame, without twist
+  Vec3 end_force = Vec3::Zero();   ///< P
+  Vec3 end_moment = Vec3::Zero();  ///< M
+  int n_steps = 200;               ///< of the fourth-order Runge–Kutta method
 };
 
 struct RodPoint {
@@ -46,10 +47,11 @@ struct RodPoint {
 
 /// Strains Γ and K of forces n, m in the section's frame: fixed-point iteration of the section law.
 inline void rod_strains(const RodProblem& p, const Vec3& n, const Vec3& m, Vec3& gamma, Vec3& k) {
-  const auto& [ea, ga, ei, gj, nu] = p.section;
+  const auto& [ea, ga, ei, gj, nu, stretches] = p.section;
   gamma = Vec3::UnitX();
   k = p.curvature;
-  double a1 = 1, a2 = 1, n1 = 0, n2 = 0;  // stretches of the section and the forces that squeeze it, −α ∂W/∂α less A C E
+  double a1 = 1, a2 = 1, n1 = 0,
+         n2 = 0;  // stretches of the section and the forces that squeeze it, −α ∂W/∂α less A C E
   for (int i = 0; i < 12; ++i) {
     const double b1 = -m[2] / (ei * a1 * gamma[0]), b2 = m[1] / (ei * a2 * gamma[0]);  // κ − κ⁰
     const double tension = (n[0] - ei * (a2 * b2 * k[1] - a1 * b1 * k[2])) / gamma[0];
@@ -62,6 +64,7 @@ inline void rod_strains(const RodProblem& p, const Vec3& n, const Vec3& m, Vec3&
     const double c1 = (b1 - p.curvature[2]) / a1, c2 = (b2 + p.curvature[1]) / a2;  // κ / α
     k[1] = (c2 + gamma[1] * k[0]) / gamma[0];
     k[2] = (gamma[2] * k[0] - c1) / gamma[0];
+    if (!stretches) continue;
     n1 = -(ei * b1 * c1 / a1 + shear_1 * gamma[1] + gj * a2 * a2 * k[0] * k[0]);
     n2 = -(ei * b2 * c2 / a2 + shear_2 * gamma[2] + gj * a1 * a1 * k[0] * k[0]);
     a1 = std::sqrt(1 + 2 * (n1 - nu * (n2 + tension)) / ea);
@@ -127,7 +130,8 @@ inline RodPoint shoot_rod(RodProblem problem, int n_load_steps = 10,
 inline RodSection circular_section(double young_modulus, double poisson_ratio, double radius) {
   const double area = std::numbers::pi * radius * radius, inertia = area * radius * radius / 4;
   const double shear_modulus = young_modulus / (2 * (1 + poisson_ratio));
-  return {young_modulus * area, shear_modulus * area, young_modulus * inertia, 2 * shear_modulus * inertia, poisson_ratio};
+  return {young_modulus * area, shear_modulus * area, young_modulus * inertia, 2 * shear_modulus * inertia,
+          poisson_ratio};
 }
 
 }  // namespace trame::micro::test

@@ -1,0 +1,108 @@
+/// \file
+/// Penetration and force of fibers that are pressed together: the penalty law and its adaptation.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "micro/contact/contact.h"
+#include "tests/support/finite_differences.h"
+#include "tests/support/run_scene.h"
+
+namespace trame::micro {
+namespace {
+
+/// Two crossed fibers of radius 1, at right angles; the upper one's ends are pushed down by `force` each and then held
+/// so.
+Scene crossed_fibers(FiberModel model, double force) {
+  constexpr double start = 1.99;  // touching, so that the pushed fiber is held from the first iteration on
+  Scene scene;
+  scene.name = "crossed";
+  scene.materials = {test::isotropic(1, 0.3)};
+  scene.fiber_types = {{"f", 0, 1.0, model}};
+  scene.fibers = {{"under", 0, {{-10, 0, 0}, {10, 0, 0}}, 5, {}},
+                  {"over", 0, {{0, -10, start}, {0, 10, start}}, 5, {}}};
+  scene.bodies = {{"table", {0, 0, 0}, {{"under", FiberEnd::start, {}}, {"under", FiberEnd::end, {}}}},
+                  {"grip", {0, 0, start}, {{"over", FiberEnd::start, {}}, {"over", FiberEnd::end, {}}}}};
+  scene.contact.friction = false;
+  Stage press;
+  press.name = "press";
+  press.n_increments = 4;
+  press.drives = {{"grip", BodyDof::z, DriveMode::force, -force, ""}};
+  Stage hold = press;
+  hold.name = "hold";
+  hold.n_increments = 12;
+  scene.stages = {press, hold};
+  scene.solver.force_tolerance = scene.solver.geometry_tolerance = 1e-7;
+  return scene;
+}
+
+TEST(Penalty, CrossedFibersKeepTheTargetPenetration) {
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
+    // Light and heavy: the starting penalty would give very different penetrations.
+    for (const double force : {2e-3, 2e-2}) {
+      const Scene scene = crossed_fibers(model, force);
+      const auto result = test::run_scene(scene);
+      ASSERT_TRUE(result.done()) << result.summary.message;
+      const ContactRecord& contacts = result.last().contacts;
+      ASSERT_EQ(contacts.gap.size(), 1u);
+      EXPECT_NEAR(contacts.normal_force[0], force, 1e-4 * force);  // statics
+      // The adaptation halves what exceeds the target with every increment, at least.
+      EXPECT_LT(-contacts.gap[0], 1.02 * scene.contact.target_penetration) << "force " << force;
+      EXPECT_GT(-contacts.gap[0], 0.25 * scene.contact.target_penetration) << "force " << force;
+    }
+  }
+}
+
+TEST(Penalty, WithoutAdaptationThePenetrationGrows) {
+  Scene scene = crossed_fibers(FiberModel::enriched, 2e-2);
+  scene.contact.adapt_penalty = false;
+  const auto result = test::run_scene(scene);
+  ASSERT_TRUE(result.done()) << result.summary.message;
+  // f = k (p − p_reg/2) with k = penalty · E_T · (R_a + R_b), or k p²/(2 p_reg) below p_reg.
+  const double k = scene.contact.penalty * 2, p_reg = scene.contact.regularisation, force = 2e-2;
+  const double p = force < 0.5 * k * p_reg ? std::sqrt(2 * p_reg * force / k) : force / k + 0.5 * p_reg;
+  EXPECT_NEAR(-result.last().contacts.gap.at(0), p, 1e-3 * p);
+  EXPECT_GT(p, 2 * scene.contact.target_penetration);
+}
+
+TEST(Penalty, ParallelFibersPressWithTheLawPerLength) {
+  constexpr double length = 40;
+  constexpr Index n_elements = 10;
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod})
+    for (const double penetration : {0.02, 0.2}) {
+      Scene scene = test::cantilever(model, 0.3, length, n_elements);
+      scene.fibers = {{"a", 0, {{0, 0, 0}, {length, 0, 0}}, n_elements, {}},
+                      {"b", 0, {{0, 0, 2 - penetration}, {length, 0, 2 - penetration}}, n_elements, {}}};
+      scene.bodies.clear();
+      const Assembly assembly = assemble_scene(scene);
+      Layout layout;
+      const FiberField field(assembly.mesh, {model, model}, layout);
+      State state;
+      state.q.assign(layout.n_vectors(), Vec3::Zero());
+      field.read_configuration(assembly.configuration, state);
+      ContactLaw law;
+      Contact contact(field, law, {0.7, 0.9});
+      contact.begin_step(state, 1);
+      contact.update(state);
+
+      // Law per unit length, k = penalty · the softer modulus.
+      const double k = law.penalty * 0.7, p_reg = law.regularisation, p = penetration;
+      const double pressure = p < p_reg ? k * p * p / (2 * p_reg) : k * (p - p_reg / 2);
+      // Resultant on b of all nodes: every inner sample stands for its length, so it is off by at most the two end
+      // samples.
+      const auto force = test::assemble(contact, layout, state).force;
+      double total = 0;
+      for (Index n = field.element_node(1, 0); n <= field.last_node(1); ++n) total -= force[layout.first_dof(n) + 2];
+      const double sample = law.search.spacing * length / n_elements;
+      EXPECT_GE(total, pressure * (length - 1.001 * sample));
+      EXPECT_LE(total, pressure * (length + 1.001 * sample));
+      for (const ContactElement& e : contact.elements()) {
+        EXPECT_NEAR(-e.gap(layout, state), penetration, 1e-12);
+        EXPECT_NEAR(e.length, sample, 1e-12);
+      }
+    }
+}
+
+}  // namespace
+}  // namespace trame::micro

@@ -1,0 +1,101 @@
+/// \file
+/// render_patch: a picture of the fibers of a saved state.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+
+#include "micro/core/error.h"
+#include "micro/core/quantity.h"
+#include "micro/io/snapshot.h"
+#include "workflows/display.h"
+#include "workflows/patch_picture.h"
+#include "workflows/saved_state.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace trame::workflows;
+using trame::InputError;
+using trame::micro::SnapshotReader;
+
+struct Arguments {
+  fs::path states, out;
+  std::string increment = "last", view = "perspective", at = "x=0um";
+  int width = 1600;
+};
+
+const std::map<std::string, View> views = {
+    {"perspective", View::perspective}, {"top", View::top}, {"cut", View::cut}};
+
+void define(CLI::App& app, Arguments& arguments) {
+  app.set_version_flag("--version", TRAME_VERSION);
+  app.footer(
+      "Warp yarns are blue, weft yarns orange. A cut at x = const is seen along -x with y to the right, one at\n"
+      "y = const along +y with x to the right; z is up, and what lies behind the cut is paler.\n"
+      "Needs an X server; without a screen: xvfb-run -a render_patch ...\n"
+      "Exit codes: 0 done, 2 bad input or no X server.");
+  app.add_option("states", arguments.states, "State file of a run (HDF5)")->required();
+  app.add_option("--out", arguments.out, "Picture to write, .png")->required();
+  app.add_option("--increment", arguments.increment, "Number of an increment, name of a stage (its end), or \"last\"")
+      ->capture_default_str();
+  app.add_option("--view", arguments.view, "From where the patch is seen")
+      ->check(CLI::IsMember(views))
+      ->type_name("perspective|top|cut")
+      ->capture_default_str();
+  app.add_option("--at", arguments.at, "Plane of the cut, such as x=0um or y=-65um")->capture_default_str();
+  app.add_option("--width", arguments.width, "Width of the picture, pixels; the height follows")
+      ->check(CLI::Range(200, 6000))
+      ->capture_default_str();
+}
+
+/// "x=0um" or "y=-65 um".
+CutPlane parse_cut(const std::string& text) {
+  const std::string what = fmt::format("--at {}: ", text);
+  if (text.size() < 3 || (text[0] != 'x' && text[0] != 'y') || text[1] != '=')
+    throw InputError(what + "must be x or y, =, and a length with its unit, such as x=0um");
+  try {
+    return {text[0] == 'x' ? 0 : 1, trame::parse_quantity(text.substr(2), "m")};
+  } catch (const InputError& error) {
+    throw InputError(what + error.what());
+  }
+}
+
+void check_out(const fs::path& out) {
+  if (out.extension() != ".png") throw InputError(fmt::format("--out {}: must end in .png", out.string()));
+  if (out.has_parent_path() && !fs::is_directory(out.parent_path()))
+    throw InputError(fmt::format("--out {}: there is no folder {}", out.string(), out.parent_path().string()));
+}
+
+void run(const Arguments& arguments) {
+  check_out(arguments.out);
+  const PictureOptions options{views.at(arguments.view), parse_cut(arguments.at), arguments.width};
+  const SnapshotReader states(arguments.states);
+  const trame::Index increment = find_state(states, "--increment", arguments.increment);
+  // VTK would end the process.
+  if (!display_answers())
+    throw InputError("no X server answers at DISPLAY, and VTK draws through X11 only; run: xvfb-run -a render_patch ...");
+  write_picture(states.header().mesh, states.read_fibers(increment), options, arguments.out);
+  fmt::print("Increment {}: {}\n", increment, arguments.out.string());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("A picture of the fibers of a saved state.");
+  Arguments arguments;
+  define(app, arguments);
+  try {
+    app.parse(argc, argv);
+    run(arguments);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const InputError& error) {
+    fmt::print(stderr, "render_patch: {}\n", error.what());
+    return 2;
+  }
+  return 0;
+}
