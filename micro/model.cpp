@@ -161,7 +161,8 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
         const Index yarn_a = mesh.yarn_of_fiber[a], yarn_b = mesh.yarn_of_fiber[b];
         if (between_yarns && yarn_a == yarn_b) return false;
         // While the crossing order separates warp from weft, their vertical normals are its own.
-        return !separates || mesh.yarns[yarn_a].family == mesh.yarns[yarn_b].family;
+        const YarnFamily a_is = mesh.yarns[yarn_a].family, b_is = mesh.yarns[yarn_b].family;
+        return !separates || a_is == b_is || a_is == YarnFamily::free || b_is == YarnFamily::free;
       };
     std::vector<double> modulus;
     for (const Material& m : fiber_materials(scene, assembly)) modulus.push_back(m.young_modulus_transverse);
@@ -229,11 +230,15 @@ void StageModel::add_bodies(const Assembly& assembly, const Carried& carried) {
     follow = effect.get();
     effects.push_back(std::move(effect));
   }
-  std::vector<LoadTerm> loads;
+  std::vector<LoadTerm> load_terms;
   for (Index i = 0; i < static_cast<Index>(drives.size()); ++i)
     if (drives[i].kind == DofDrive::Kind::force)
-      loads.push_back({i / 6, static_cast<BodyDof>(i % 6), carried.body_forces[i], drives[i].value});
-  if (!loads.empty()) effects.push_back(std::make_unique<BodyLoads>(bodies, std::move(loads)));
+      load_terms.push_back({i / 6, static_cast<BodyDof>(i % 6), carried.body_forces[i], drives[i].value});
+  if (!load_terms.empty()) {
+    auto effect = std::make_unique<BodyLoads>(bodies, std::move(load_terms));
+    loads = effect.get();
+    effects.push_back(std::move(effect));
+  }
 }
 
 PrescribedMotion StageModel::motion(const State& state, double from, double to) const {

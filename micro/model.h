@@ -63,6 +63,7 @@ struct StageModel {
   Proximal* proximal = nullptr;
   Ties* ties = nullptr;
   Follow* follow = nullptr;
+  BodyLoads* loads = nullptr;
 
  private:
   void resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried);

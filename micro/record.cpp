@@ -94,7 +94,9 @@ double external_work(const StageModel& model, const State& from, const State& to
 double stored_energy(const StageModel& model, const State& state) {
   double sum = 0;
   for (const auto& effect : model.effects)
-    if (effect.get() != model.proximal && effect->name() != "body loads") sum += effect->energy(state);
+    if (effect.get() != model.proximal && effect.get() != model.contact && effect.get() != model.loads)
+      sum += effect->energy(state);
+  if (model.contact) sum += model.contact->stored_energy(state);
   return sum;
 }
 

@@ -121,7 +121,11 @@ class Run {
   }
 
   SimulationSummary follow_load_path() {
-    for (std::size_t i = 0; i < scene_.stages.size() && summary_.status == Status::done; ++i) run(scene_.stages[i], i);
+    for (std::size_t i = 0; i < scene_.stages.size() && summary_.status == Status::done; ++i) {
+      run(scene_.stages[i], i);
+      if (stop_requested() && i + 1 < scene_.stages.size() && summary_.status == Status::done)
+        summary_.status = Status::interrupted;
+    }
     return std::move(summary_);
   }
 
@@ -145,11 +149,12 @@ class Run {
     gauge_.begin_stage(model);
     if (options_.log) options_.log(fmt::format("stage {}: {} dofs", stage.name, model.layout.n_dofs()));
 
+    const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
     const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
-                                         scene_.solver.step_cap};
+                                         scene_.solver.step_cap * smallest_radius};
     const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates,
                                 scene_.solver.geometry_tolerance, scene_.solver.min_increment,
-                                scene_.solver.step_cap};
+                                newton_settings.step_cap};
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
@@ -179,6 +184,14 @@ class Run {
     count_crossings(model, state, assembly_, summary_);
     if (outcome.status == StageOutcome::Status::interrupted) summary_.status = Status::interrupted;
     if (outcome.status == StageOutcome::Status::gave_up) {
+      if (since_saved_ > 0) {
+        // The effects stand at the failed attempt: bring their contact elements back to the last good state.
+        for (const auto& effect : model.effects) {
+          effect->begin_step(state, outcome.stage_time);
+          effect->update(state);
+        }
+        save(model, state, last_point_, last_solver_);
+      }
       summary_.status = Status::gave_up;
       summary_.message = fmt::format(
           "stage {} at stage time {:.4f}: {}, near {}; the smallest allowed increment failed. Try more increments in this stage, "
@@ -224,11 +237,16 @@ class Run {
     point.stage_time = report.stage_time;
     summary_.curve.push_back(point);
 
-    const bool stop = options_.stop && *options_.stop;
-    if (stop || report.stage_time >= 1 || ++since_saved_ >= stage.save_every) save(model, state, point, solver);
+    last_point_ = point;
+    last_solver_ = solver;
+    ++since_saved_;
+    const bool stop = stop_requested();
+    if (stop || report.stage_time >= 1 || since_saved_ >= stage.save_every) save(model, state, point, solver);
     if (options_.on_increment) options_.on_increment(progress(report, stage, stage_index, solver, n_contacts));
     return !stop;
   }
+
+  [[nodiscard]] bool stop_requested() const { return options_.stop && *options_.stop; }
 
   void save(const StageModel& model, const State& state, const CurvePoint& point, const SolverRecord& solver) {
     const auto guard = summary_.timers.measure(Phase::io);
@@ -260,6 +278,9 @@ class Run {
   SimulationSummary summary_;
   std::unique_ptr<SnapshotWriter> writer_;
   EnergyRecord energy_, energy_before_;  // natural units; dissipation of finished stages
+  // The last accepted increment, and how many increments ago one was saved.
+  CurvePoint last_point_;
+  SolverRecord last_solver_;
   Index since_saved_ = 0;
 };
 

@@ -8,55 +8,38 @@
 #include <vtkImageShrink3D.h>
 #include <vtkLight.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpenGLRenderWindow.h>
 #include <vtkPNGWriter.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkPolyDataMapper2D.h>
 #include <vtkProperty.h>
 #include <vtkProperty2D.h>
+#include <vtkRenderState.h>
 #include <vtkRenderStepsPass.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSSAOPass.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
+#include <vtkTextureObject.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
+#include <vtk_glew.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 
 #include "micro/core/error.h"
+#include "workflows/picture_frame.h"
 
 namespace trame::workflows {
 namespace {
 
-constexpr int oversampling = 2;        // pixels drawn for a pixel written, each way
-constexpr double margin = 0.025;       // of the picture's width
-constexpr double bar_strip = 0.06;     // of the picture's width, below the patch
-constexpr double longest_bar = 0.2;    // of the picture's width
-constexpr double max_aspect = 2.0;     // height over width
-constexpr double camera_distance = 4;  // in diagonals of the patch: about 14 degrees of view
+constexpr int oversampling = 2;      // pixels drawn for a pixel written, each way
+constexpr double longest_bar = 0.2;  // of the picture's width
 const Vec3 ink(0.15, 0.15, 0.15);
-
-/// Smallest box around points in the picture plane.
-struct Box {
-  Vec2 low = Vec2::Constant(std::numeric_limits<double>::max());
-  Vec2 high = Vec2::Constant(std::numeric_limits<double>::lowest());
-};
-
-/// The points as the camera sees them, in lengths at the focal point and relative to it.
-Box projected(const std::vector<Vec3>& points, const Frame& frame) {
-  const Vec3 right = frame.up.cross(frame.backward);
-  Box box;
-  for (const Vec3& point : points) {
-    const Vec3 x = point - frame.focal_point;
-    const double shrink = frame.parallel ? 1 : frame.distance / (frame.distance - x.dot(frame.backward));
-    const Vec2 seen = shrink * Vec2(x.dot(right), x.dot(frame.up));
-    box.low = box.low.cwiseMin(seen);
-    box.high = box.high.cwiseMax(seen);
-  }
-  return box;
-}
 
 std::vector<Vec3> points_of(const std::vector<vtkPolyData*>& shapes) {
   std::vector<Vec3> points;
@@ -116,10 +99,38 @@ void set_camera(vtkRenderer* renderer, const Frame& frame) {
   renderer->ResetCameraClippingRange();
 }
 
+/// VTK's ambient occlusion keeps positions in 16 bits, of which steps of 1/2000 of the camera's distance remain: as
+/// much as a fiber's radius, seen from where a whole patch fits into the picture. This one keeps them in 32 bits.
+class OcclusionPass : public vtkSSAOPass {
+ public:
+  static OcclusionPass* New();
+  vtkTypeMacro(OcclusionPass, vtkSSAOPass);
+
+  void Render(const vtkRenderState* state) override {
+    auto* window = vtkOpenGLRenderWindow::SafeDownCast(state->GetRenderer()->GetRenderWindow());
+    if (PositionTexture == nullptr) make_position_texture(window);
+    vtkSSAOPass::Render(state);
+  }
+
+ private:
+  void make_position_texture(vtkOpenGLRenderWindow* window) {
+    PositionTexture = vtkTextureObject::New();
+    PositionTexture->SetContext(window);
+    PositionTexture->SetFormat(GL_RGBA);
+    PositionTexture->SetInternalFormat(GL_RGBA32F);
+    PositionTexture->SetDataType(GL_FLOAT);
+    PositionTexture->SetWrapS(vtkTextureObject::ClampToEdge);
+    PositionTexture->SetWrapT(vtkTextureObject::ClampToEdge);
+    const int* size = window->GetSize();
+    PositionTexture->Allocate2D(size[0], size[1], 4, VTK_FLOAT);
+  }
+};
+vtkStandardNewMacro(OcclusionPass);
+
 /// Darkens crevices, as far as light from a distance of `radius` is kept out.
 void add_ambient_occlusion(vtkRenderer* renderer, double radius) {
   vtkNew<vtkRenderStepsPass> steps;
-  vtkNew<vtkSSAOPass> occlusion;
+  vtkNew<OcclusionPass> occlusion;
   occlusion->SetDelegatePass(steps);
   occlusion->SetRadius(radius);
   occlusion->SetBias(0.05 * radius);
@@ -132,7 +143,7 @@ void add_scale_bar(vtkRenderer* renderer, const Frame& frame) {
   const double width = oversampling * frame.width;
   const ScaleBar bar = choose_scale_bar(longest_bar * frame.width * frame.pixel);
   const double length = oversampling * bar.length / frame.pixel, thickness = 0.004 * width;
-  const double left = margin * width, bottom = margin * width;
+  const double left = picture_margin * width, bottom = picture_margin * width;
   vtkNew<vtkPoints> corners;
   for (const Vec2& corner : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)})
     corners->InsertNextPoint(left + corner.x() * length, bottom + corner.y() * thickness, 0);
@@ -168,9 +179,12 @@ void write_png(vtkRenderWindow* window, const std::filesystem::path& file) {
   shrink->MeanOn();
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputConnection(shrink->GetOutputPort());
-  writer->SetFileName(file.c_str());
+  writer->WriteToMemoryOn();
   writer->Write();
-  if (writer->GetErrorCode() != 0) throw InputError(fmt::format("--out {}: cannot be written", file.string()));
+  vtkUnsignedCharArray* png = writer->GetResult();
+  std::ofstream out(file, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(png->GetPointer(0)), png->GetNumberOfValues());
+  if (!out.flush()) throw InputError(fmt::format("--out {}: cannot be written", file.string()));
 }
 
 double mean_radius(const micro::FiberMesh& mesh) {
@@ -200,41 +214,8 @@ Frame add_patch(vtkRenderer* renderer, const micro::FiberMesh& mesh, const micro
 
 }  // namespace
 
-Frame fit_frame(const std::vector<Vec3>& points, const Vec3& backward, const Vec3& up, bool parallel, int width) {
-  Vec3 low = points.front(), high = points.front();
-  for (const Vec3& point : points) {
-    low = low.cwiseMin(point);
-    high = high.cwiseMax(point);
-  }
-  Frame frame;
-  frame.backward = backward.normalized();
-  frame.up = (up - up.dot(frame.backward) * frame.backward).normalized();
-  frame.focal_point = 0.5 * (low + high);
-  frame.distance = camera_distance * (high - low).norm();
-  frame.parallel = parallel;
-  frame.width = width;
-  const double side = margin * width, strip = bar_strip * width;
-  // Moving the camera sideways changes what perspective makes of the points, but by less each time.
-  for (int i = 0; i < 4; ++i) {
-    const Box box = projected(points, frame);
-    const Vec2 size = box.high - box.low, centre = 0.5 * (box.low + box.high);
-    frame.pixel = std::max(size.x() / (width - 2 * side), size.y() / (max_aspect * width - 2 * side - strip));
-    frame.height = static_cast<int>(std::ceil(size.y() / frame.pixel + 2 * side + strip));
-    frame.focal_point += centre.x() * frame.up.cross(frame.backward) + (centre.y() - 0.5 * strip * frame.pixel) * frame.up;
-  }
-  return frame;
-}
-
-ScaleBar choose_scale_bar(double longest) {
-  const double power = std::pow(10.0, std::floor(std::log10(longest)));
-  const double length = (longest >= 5 * power ? 5 : longest >= 2 * power ? 2 : 1) * power;
-  if (length >= 1e6) return {length, fmt::format("{:g} m", length / 1e6)};
-  if (length >= 1e3) return {length, fmt::format("{:g} mm", length / 1e3)};
-  return {length, fmt::format("{:g} µm", length)};
-}
-
-void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers,
-                   const PictureOptions& options, const std::filesystem::path& file) {
+void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers, const PictureOptions& options,
+                   const std::filesystem::path& file) {
   vtkNew<vtkRenderer> patch, notes;
   const Frame frame = add_patch(patch, mesh, fibers, options);
   patch->SetBackground(1, 1, 1);

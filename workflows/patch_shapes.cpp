@@ -24,12 +24,11 @@ namespace {
 
 using micro::FiberConfiguration;
 using micro::FiberMesh;
-using micro::YarnFamily;
 using Shape = vtkSmartPointer<vtkPolyData>;
 
-constexpr int n_sides = 28;               // of a tube
-constexpr int n_pieces = 3;               // straight pieces between two nodes
-constexpr double palest = 0.62;           // share of white in what is farthest behind a cut
+constexpr int n_sides = 24;                // of a tube
+constexpr int n_pieces = 2;                // straight pieces between two nodes
+constexpr double palest = 0.62;            // share of white in what is farthest behind a cut
 constexpr double outline_darkness = 0.55;  // share of black in outlines
 
 /// Point at t ∈ [0, 1] between nodes n and n + 1: the cubic with the nodes' positions and tangents, which is the rod's
@@ -104,7 +103,7 @@ Shape outline(vtkPolyData* tube, vtkPlane* plane) {
   cutter->GenerateTrianglesOff();
   vtkNew<vtkStripper> loops;
   loops->SetInputConnection(cutter->GetOutputPort());
-  loops->SetMaximumLength(1'000'000);  // a loop in one piece, however long the fiber lies in the plane
+  loops->SetMaximumLength(100'000);  // the most it takes: a loop in one piece, even of a fiber that lies in the plane
   loops->Update();
   return loops->GetOutput();
 }
@@ -156,7 +155,7 @@ std::vector<Vec3> fiber_colours(const FiberMesh& mesh) {
     const auto family = static_cast<std::size_t>(yarn.family);
     const double yarn_white = n_yarns_so_far[family]++ % 2 == 0 ? 0.0 : 0.22;
     for (Index i = 0; i < yarn.n_fibers; ++i) {
-      const double golden = std::fmod(0.6180339887 * i, 1.0);  // neighbours differ, and no two fibers repeat in order
+      const double golden = std::fmod(0.6180339887 * i, 1.0);  // spreads over 0…1, far from one fiber to the next
       colours[yarn.first_fiber + i] = mix(yarn_white + 0.16 * golden, family_colour[family], Vec3::Ones());
     }
   }

@@ -28,8 +28,7 @@ struct Arguments {
   int width = 1600;
 };
 
-const std::map<std::string, View> views = {
-    {"perspective", View::perspective}, {"top", View::top}, {"cut", View::cut}};
+const std::map<std::string, View> views = {{"perspective", View::perspective}, {"top", View::top}, {"cut", View::cut}};
 
 void define(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", TRAME_VERSION);
@@ -43,7 +42,7 @@ void define(CLI::App& app, Arguments& arguments) {
   app.add_option("--increment", arguments.increment, "Number of an increment, name of a stage (its end), or \"last\"")
       ->capture_default_str();
   app.add_option("--view", arguments.view, "From where the patch is seen")
-      ->check(CLI::IsMember(views))
+      ->check(CLI::IsMember({"perspective", "top", "cut"}))
       ->type_name("perspective|top|cut")
       ->capture_default_str();
   app.add_option("--at", arguments.at, "Plane of the cut, such as x=0um or y=-65um")->capture_default_str();
@@ -77,7 +76,8 @@ void run(const Arguments& arguments) {
   const trame::Index increment = find_state(states, "--increment", arguments.increment);
   // VTK would end the process.
   if (!display_answers())
-    throw InputError("no X server answers at DISPLAY, and VTK draws through X11 only; run: xvfb-run -a render_patch ...");
+    throw InputError(
+        "no X server answers at DISPLAY, and VTK draws through X11 only; run: xvfb-run -a render_patch ...");
   write_picture(states.header().mesh, states.read_fibers(increment), options, arguments.out);
   fmt::print("Increment {}: {}\n", increment, arguments.out.string());
 }

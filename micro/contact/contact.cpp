@@ -105,6 +105,16 @@ double Contact::energy(const State& state) const {
   return sum;
 }
 
+double Contact::stored_energy(const State& state) const {
+  double sum = 0;
+  for (const ContactElement& e : elements_) {
+    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
+    if (e.tangential_stiffness > 0)
+      sum += 0.5 * friction(e, e.relative_position(field_.layout(), state)).force.squaredNorm() / e.tangential_stiffness;
+  }
+  return sum;
+}
+
 double Contact::max_penetration_over_radius(const State& state) const {
   double largest = 0;
   for (const ContactElement& e : elements_)

@@ -38,6 +38,9 @@ class Contact final : public Effect {
   [[nodiscard]] double regularisation(const ContactElement& element) const;
   /// Largest penetration over the mean radius of the pair.
   [[nodiscard]] double max_penetration_over_radius(const State& state) const;
+  /// Energy of the penalties and of the reversible part of friction, ½|f|²/k. (`energy` is the incremental potential, which
+  /// also holds the work of slip in the step.)
+  [[nodiscard]] double stored_energy(const State& state) const;
   [[nodiscard]] double dissipated() const { return dissipated_; }
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
   void set_history(std::vector<ContactHistory> history) { history_ = std::move(history); }

@@ -24,7 +24,7 @@ Friction friction(const ContactElement& element, const Vec3& relative_position) 
 
 Touch touch(const FiberPoint& particle, double radius, const Vec3& outward, const Layout& layout, const State& state) {
   Touch t{particle, {}, 0};
-  if (particle.n_vectors < 3) return t;
+  if (particle.n_vectors < 3 || radius == 0) return t;
   Vec2 w = Vec2::Zero();
   const Vec3* q = state.q.data() + layout.first_vector(particle.first_node);
   for (int a = 0; a < particle.n_nodes; ++a)

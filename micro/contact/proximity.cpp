@@ -144,16 +144,25 @@ std::vector<Proximity> solve_sampled(const FiberField& field, const State& state
 /// Solves crossings, nearest guesses first; guesses of the same crossing give one element.
 void solve_crossings(const FiberField& field, const State& state, const ProximitySearch& search,
                      const std::vector<Candidate>& candidates, std::vector<Proximity>& found) {
+  const std::size_t n_sampled = found.size();
   for (auto begin = candidates.begin(); begin != candidates.end();) {
     auto end = begin;
     while (end != candidates.end() && end->fiber_a == begin->fiber_a && end->fiber_b == begin->fiber_b) ++end;
     const double contact = reach(field, search, begin->fiber_a, begin->fiber_b);
     const double same = 2 * contact + pair_spacing(field, search, begin->fiber_a, begin->fiber_b);
     const std::size_t first = found.size();
+    // Where the fibers already meet in samples, beside a stretch at a smaller angle, there is no crossing to add.
+    const auto of_pair = std::equal_range(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n_sampled),
+                                          *begin, [](const auto& p, const auto& q) {
+                                            return std::tie(p.fiber_a, p.fiber_b) < std::tie(q.fiber_a, q.fiber_b);
+                                          });
+    const std::vector<Proximity> sampled(of_pair.first, of_pair.second);
     const auto known = [&](double s_a, double s_b) {
-      return std::any_of(found.begin() + first, found.end(), [&](const Proximity& p) {
+      const auto near = [&](const Proximity& p) {
         return std::abs(p.s_a - s_a) < same && std::abs(p.s_b - s_b) < same;
-      });
+      };
+      return std::any_of(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), near) ||
+             std::any_of(sampled.begin(), sampled.end(), near);
     };
     for (auto c = begin; c != end; ++c) {
       if (known(c->s_a, c->s_b)) continue;

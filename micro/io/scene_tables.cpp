@@ -65,7 +65,7 @@ std::vector<Key<FiberSpec>> fiber_keys(const Names& fiber_types) {
           key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along the fiber").needed(),
           key<T>("section_axis", &T::section_axis, vector(plain_number),
                  "direction of the first section vector at the start")
-              .otherwise("default: any")};
+              .otherwise("default: z, or any where the fiber runs along z")};
 }
 
 std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types) {
@@ -204,13 +204,13 @@ std::vector<Key<ContactSettings>> contact_keys() {
 std::vector<Key<SolverSettings>> solver_keys() {
   using T = SolverSettings;
   return {
-      key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)), "residual over the largest force"),
+      key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)), "residual over the forces that balance in it"),
       key<T>("max_newton_iterations", &T::max_newton_iterations, integer(at_least(1)), "between contact detections"),
       key<T>("max_geometry_updates", &T::max_geometry_updates, integer(at_least(1)),
              "contact detections in an increment"),
       key<T>("geometry_tolerance", &T::geometry_tolerance, number(inside(0, 1)),
              "residual, likewise, with the contact geometry of the final state"),
-      key<T>("step_cap", &T::step_cap, number(above(0)), "largest motion in an iteration, in radii"),
+      key<T>("step_cap", &T::step_cap, number(above(0)), "largest motion in an iteration, in radii of the thinnest fiber"),
       key<T>("min_increment", &T::min_increment, number(above_up_to(0, 1)),
              "smallest part of a stage before the solver gives up")};
 }

@@ -19,6 +19,7 @@ struct Attempt {
 Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
                       const StageDriver& driver, Timers& timers, PrescribedMotion motion, State& state,
                       IncrementReport& report) {
+  Index worst_dof = 0;
   for (int update = 0; update <= settings.max_geometry_updates; ++update) {
     {
       const auto guard = timers.measure(Phase::detection);
@@ -30,6 +31,7 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
     if (update > 0) {
       const Residual r = newton.evaluate(effects, motion, state);
       report.residual = r.relative();
+      worst_dof = r.worst_dof;
       if (driver.log) driver.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
       if (report.residual <= settings.geometry_tolerance) return {true, "", 0};
       if (update == settings.max_geometry_updates) break;
@@ -43,7 +45,7 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
               outcome.worst_dof};
     std::fill(motion.motion.begin(), motion.motion.end(), 0.0);  // it has been made
   }
-  return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual), 0};
+  return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual), worst_dof};
 }
 
 /// First guess of a step: vectors go on as in the last one, `ratio` times as far but none farther than `cap`.

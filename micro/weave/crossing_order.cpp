@@ -9,42 +9,54 @@ bool plan_crossing(const FiberField& field, const State& state, Index a, Index b
   const double length_a = field.mesh().length(a), length_b = field.mesh().length(b);
   const double tolerance = 1e-9 * (length_a + length_b);
   for (int iteration = 0; iteration < 30; ++iteration) {
-    const auto pa = field.curve(state, a, std::clamp(s_a, 0.0, length_a));
-    const auto pb = field.curve(state, b, std::clamp(s_b, 0.0, length_b));
+    const auto pa = field.curve(state, a, s_a);
+    const auto pb = field.curve(state, b, s_b);
     const Vec3 d = pb.r - pa.r;
     // t_a δ_a − t_b δ_b = d in the plane.
     const double determinant = -pa.tangent.x() * pb.tangent.y() + pa.tangent.y() * pb.tangent.x();
     if (std::abs(determinant) < 1e-6) return false;
     const double da = (-d.x() * pb.tangent.y() + d.y() * pb.tangent.x()) / determinant;
     const double db = (pa.tangent.x() * d.y() - pa.tangent.y() * d.x()) / determinant;
-    if (std::hypot(da, db) < tolerance) return s_a >= 0 && s_a <= length_a && s_b >= 0 && s_b <= length_b;
-    s_a += da;
-    s_b += db;
+    if (std::hypot(da, db) < tolerance) return true;
+    const double before_a = s_a, before_b = s_b;
+    s_a = std::clamp(s_a + da, 0.0, length_a);
+    s_b = std::clamp(s_b + db, 0.0, length_b);
+    // Held at an end that it wants to leave: the fibers do not reach each other.
+    if (std::hypot(s_a - before_a, s_b - before_b) < tolerance) return false;
   }
   return false;
 }
 
 namespace {
 
-/// Calls visit(upper fiber, lower fiber, s_upper, s_lower) for every pair of fibers of a crossing.
+/// Calls visit(upper fiber, lower fiber, s_upper, s_lower) for the pairs of fibers of a crossing; returns how many do not cross.
 template <typename Visit>
-void for_each_pair(const FiberField& field, const State& state, const YarnCrossing& crossing, Visit&& visit) {
+int for_each_pair(const FiberField& field, const State& state, const YarnCrossing& crossing, Visit&& visit) {
   const Yarn &upper = field.mesh().yarns[crossing.upper_yarn], &lower = field.mesh().yarns[crossing.lower_yarn];
+  // The crossing of one pair is the first guess of the next.
   double s_a = 0.5 * field.mesh().length(upper.first_fiber), s_b = 0.5 * field.mesh().length(lower.first_fiber);
+  int n_missed = 0;
   for (Index a = upper.first_fiber; a < upper.first_fiber + upper.n_fibers; ++a)
     for (Index b = lower.first_fiber; b < lower.first_fiber + lower.n_fibers; ++b)
-      if (plan_crossing(field, state, a, b, s_a, s_b)) visit(a, b, s_a, s_b);
+      if (double at_a = s_a, at_b = s_b; plan_crossing(field, state, a, b, at_a, at_b)) {
+        s_a = at_a;
+        s_b = at_b;
+        visit(a, b, s_a, s_b);
+      } else {
+        ++n_missed;
+      }
+  return n_missed;
 }
 
 }  // namespace
 
 std::optional<double> smallest_separation(const FiberField& field, const State& state, const YarnCrossing& crossing) {
   std::optional<double> smallest;
-  for_each_pair(field, state, crossing, [&](Index a, Index b, double s_a, double s_b) {
+  const int n_missed = for_each_pair(field, state, crossing, [&](Index a, Index b, double s_a, double s_b) {
     const double dz = field.curve(state, a, s_a).r.z() - field.curve(state, b, s_b).r.z();
     smallest = std::min(smallest.value_or(dz), dz);
   });
-  return smallest;
+  return n_missed == 0 ? smallest : std::nullopt;
 }
 
 CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth,

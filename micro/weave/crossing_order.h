@@ -1,7 +1,8 @@
 #pragma once
 /// \file
 /// Separation of interpenetrating yarns: at each crossing of a warp and a weft yarn all pairs of fibers obey
-/// z_a − z_b ≥ d, a in the upper yarn, whatever their depth, with vertical normals, while d rises from −(height of the flat yarns) to R_a + R_b.
+/// z_a − z_b ≥ d, a in the upper yarn, whatever their depth, with vertical normals, while d rises from −(height of the flat
+/// yarns) to R_a + R_b.
 
 #include <optional>
 
@@ -32,7 +33,7 @@ class CrossingOrder final : public Effect {
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
   /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
   [[nodiscard]] double work() const { return work_; }
-  /// What ordinary contact takes over from the fibers that press on each other: penalties, and on which side they lie.
+  /// What ordinary contact takes over from the fibers that press on each other: on which side they lie.
   [[nodiscard]] std::vector<ContactHistory> history(const State& state) const;
 
  private:
