@@ -152,9 +152,10 @@ class Run {
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
     const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
                                          scene_.solver.step_cap * smallest_radius};
-    const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates,
-                                scene_.solver.geometry_tolerance, scene_.solver.min_increment,
-                                newton_settings.step_cap};
+    // Yarns that are being separated are on their way, not in equilibrium: their contact geometry may lag a little.
+    const double geometry_tolerance = (stage.separate_yarns ? 5 : 1) * scene_.solver.geometry_tolerance;
+    const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates, geometry_tolerance,
+                                scene_.solver.min_increment, newton_settings.step_cap};
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
@@ -188,7 +189,7 @@ class Run {
         // The effects stand at the failed attempt: bring their contact elements back to the last good state.
         for (const auto& effect : model.effects) {
           effect->begin_step(state, outcome.stage_time);
-          effect->update(state);
+          effect->update(state, Effect::Update::everything);
         }
         save(model, state, last_point_, last_solver_);
       }

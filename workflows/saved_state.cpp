@@ -19,7 +19,7 @@ Index find_state(const micro::SnapshotReader& states, const std::string& option,
   if (text == "last") return states.n_increments() - 1;
   for (Index i = states.n_increments() - 1; i >= 0; --i)
     if (states.read(i).stage == text) return i;
-  throw InputError(fmt::format("{} {}: neither a number nor the name of a stage nor \"last\"", option, text));
+  throw InputError(fmt::format("{} {}: neither a number nor the name of a stage nor \"last\"; strain_post --list shows them", option, text));
 }
 
 }  // namespace trame::workflows

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -14,6 +13,7 @@
 #include "meso/analyse.h"
 #include "micro/core/error.h"
 #include "micro/io/snapshot.h"
+#include "workflows/saved_state.h"
 
 namespace {
 
@@ -69,20 +69,6 @@ void list(const SnapshotReader& states) {
   }
   fmt::print("\n{:<16} {:>6}\n", "yarn", "fibers");
   for (const auto& yarn : states.header().mesh.yarns) fmt::print("{:<16} {:>6}\n", yarn.name, yarn.n_fibers);
-}
-
-/// The increment that `text` names.
-Index find_state(const SnapshotReader& states, const std::string& key, const std::string& text) {
-  Index number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error == std::errc() && end == text.data() + text.size()) {
-    if (number >= 0 && number < states.n_increments()) return number;
-    throw InputError(fmt::format("{} {}: allowed are 0 … {}", key, text, states.n_increments() - 1));
-  }
-  if (text == "last") return states.n_increments() - 1;
-  for (Index i = states.n_increments() - 1; i >= 0; --i)
-    if (states.read(i).stage == text) return i;
-  throw InputError(fmt::format("{} {}: neither a number nor the name of a stage; see --list", key, text));
 }
 
 /// Throws where results may not go to `out`; leaves it as it is.
@@ -141,7 +127,7 @@ void run(Arguments& arguments) {
   if (states.n_increments() == 0)
     throw InputError(fmt::format("{}: holds no increment yet", arguments.states.string()));
   if (arguments.list) return list(states);
-  const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
+  const Index a = trame::workflows::find_state(states, "--from", arguments.from), b = trame::workflows::find_state(states, "--to", arguments.to);
   arguments.analyse.mesh.kind = arguments.mesh == "swept" ? MeshKind::swept : MeshKind::delaunay;
   arguments.analyse.from = a;
   arguments.analyse.to = {b};

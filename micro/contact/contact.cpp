@@ -43,6 +43,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   e.s_a = p.s_a;
   e.s_b = p.s_b;
   e.length = p.length;
+  e.crossing = p.crossing;
   e.radius_a = field_.mesh().radius[p.fiber_a];
   e.radius_b = field_.mesh().radius[p.fiber_b];
   const double distance = p.chord.norm();
@@ -79,8 +80,14 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   return e;
 }
 
-void Contact::update(const State& state) {
-  const std::vector<Proximity> proximities = find_proximities(field_, state, law_.search);
+void Contact::update(const State& state, Update what) {
+  std::vector<Proximity> proximities;
+  if (what == Update::everything) {
+    proximities = find_proximities(field_, state, law_.search);
+  } else {
+    for (const ContactElement& e : elements_)
+      proximities.push_back(facing(field_, state, {e.fiber_a, e.fiber_b, e.s_a, e.s_b, Vec3::Zero(), e.length, e.crossing}));
+  }
   elements_.resize(proximities.size());
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < proximities.size(); ++i)

@@ -28,7 +28,7 @@ class Contact final : public Effect {
 
   [[nodiscard]] std::string_view name() const override { return "contact"; }
   void begin_step(const State& start, double stage_time) override;
-  void update(const State& state) override;
+  void update(const State& state, Update what) override;
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;

@@ -52,6 +52,7 @@ struct ContactElement {
   FiberPoint a, b;
   double radius_a = 0, radius_b = 0;
   Vec3 normal = Vec3::UnitZ();        ///< from a to b
+  bool crossing = false;              ///< closest approach of fibers that cross, not a sample along them
   double offset = 0;                  ///< distance along n at zero gap beyond what the sections account for (radii of rods)
   double length = 0;                  ///< length of fiber that the element stands for
   double penalty = 0;                 ///< k, force over length

@@ -221,6 +221,20 @@ bool closest_approach(const FiberField& field, const State& state, Proximity& pa
   return false;
 }
 
+Proximity facing(const FiberField& field, const State& state, Proximity pair) {
+  const auto a = field.curve(state, pair.fiber_a, pair.s_a), b = field.curve(state, pair.fiber_b, pair.s_b);
+  const Vec3 chord = b.r - a.r;
+  if (pair.crossing) {
+    const Vec3 normal = a.tangent.cross(b.tangent).normalized();
+    pair.chord = normal.dot(chord) * normal;
+  } else {
+    const double sense = a.tangent.dot(b.tangent) >= 0 ? 1 : -1;
+    const Vec3 tangent = (a.tangent + sense * b.tangent).normalized();
+    pair.chord = chord - tangent.dot(chord) * tangent;
+  }
+  return pair;
+}
+
 std::vector<Proximity> find_proximities(const FiberField& field, const State& state, const ProximitySearch& search) {
   const FiberMesh& mesh = field.mesh();
   double largest_reach = 0;

@@ -29,6 +29,9 @@ struct ProximitySearch {
   std::function<bool(Index, Index)> wanted;  ///< pairs of fibers to look at; empty: all
 };
 
+/// The same particles with the chord that they have at another state, less what of it is not normal to the fibers there.
+[[nodiscard]] Proximity facing(const FiberField& field, const State& state, Proximity pair);
+
 /// All proximities, sorted by fibers and arc length. Result and order depend on the state alone.
 [[nodiscard]] std::vector<Proximity> find_proximities(const FiberField& field, const State& state,
                                                       const ProximitySearch& search);

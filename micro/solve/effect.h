@@ -17,8 +17,10 @@ class Effect {
 
   /// A step from `start` to stage time t ∈ (0, 1] begins: take the load and the start values.
   virtual void begin_step(const State& /*start*/, double /*stage_time*/) {}
-  /// Refreezes what is constant within Newton's loop (contact particles, normals, lagged forces) at `state`.
-  virtual void update(const State& /*state*/) {}
+  /// What an update refreezes: everything (which particles face each other, normals, lagged forces), or all but the choice of particles.
+  enum class Update : std::uint8_t { everything, directions };
+  /// Refreezes at `state` what is constant within Newton's loop.
+  virtual void update(const State& /*state*/, Update /*what*/) {}
   /// Couplings between nodes that `add` may use until the next `update`.
   virtual void announce(Pattern::Builder& builder) const = 0;
   /// Adds the gradient and, where wanted, the tangent at `state` for the items that touch owned nodes.

@@ -15,7 +15,9 @@ struct Attempt {
   Index worst_dof = 0;
 };
 
-/// One increment: alternates contact detection and Newton's method until the state is in equilibrium with its own geometry.
+/// One increment: alternates contact detection and Newton's method until the state is in equilibrium with its own geometry. After two
+/// detections the particles in contact stay and only directions follow: where a contact sits at the joint of two elements, whose
+/// tangents differ a little, or between two kinds of contact, it would go to and fro for ever.
 Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
                       const StageDriver& driver, Timers& timers, PrescribedMotion motion, State& state,
                       IncrementReport& report) {
@@ -23,7 +25,8 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
   for (int update = 0; update <= settings.max_geometry_updates; ++update) {
     {
       const auto guard = timers.measure(Phase::detection);
-      for (const auto& effect : effects) effect->update(state);
+      const auto what = update < 2 ? Effect::Update::everything : Effect::Update::directions;
+      for (const auto& effect : effects) effect->update(state, what);
     }
     if (newton.announce(effects) && driver.log)
       driver.log(fmt::format("    new pattern: {:.3g} entries in K, {:.3g} in L, {:.3g} flops", newton.n_matrix_entries(),

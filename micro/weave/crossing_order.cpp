@@ -68,7 +68,8 @@ void CrossingOrder::begin_step(const State&, double stage_time) {
   depth_ = start_depth_ + stage_time * (1 - start_depth_);
 }
 
-void CrossingOrder::update(const State& state) {
+void CrossingOrder::update(const State& state, Update what) {
+  if (what == Update::directions) return;  // they are vertical
   std::vector<std::vector<ContactElement>> found(crossings_.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < crossings_.size(); ++i)

@@ -50,7 +50,7 @@ TEST(Derivatives, ContactAndFriction) {
     law.friction_coefficient = 0.4;
     Contact contact(scene.field, law, {1, 1});
     contact.begin_step(scene.state, 1);
-    contact.update(scene.state);
+    contact.update(scene.state, Effect::Update::everything);
     ASSERT_GE(contact.elements().size(), 3u);
     // Small steps stick, larger ones slide; both branches of the return mapping and of the penalty are met.
     for (const double amplitude : {0.003, 0.05})
@@ -62,7 +62,7 @@ TEST(Derivatives, CrossingOrder) {
   TwoFibers scene(FiberModel::rod, TwoFibers::Arrangement::crossed);
   CrossingOrder order(scene.field, {{0, 1}}, -2, 1.0, 0.03);
   order.begin_step(scene.state, 1);
-  order.update(scene.state);
+  order.update(scene.state, Effect::Update::everything);
   ASSERT_EQ(order.elements().size(), 1u);
   expect_consistent_derivatives(order, scene.layout, perturbed(scene.layout, scene.state, 0.05, 5));
 }

@@ -84,7 +84,7 @@ TEST(Penalty, ParallelFibersPressWithTheLawPerLength) {
       ContactLaw law;
       Contact contact(field, law, {0.7, 0.9});
       contact.begin_step(state, 1);
-      contact.update(state);
+      contact.update(state, Effect::Update::everything);
 
       // Law per unit length, k = penalty · the softer modulus.
       const double k = law.penalty * 0.7, p_reg = law.regularisation, p = penetration;
