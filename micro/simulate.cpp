@@ -159,15 +159,17 @@ class Run {
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
-    double work = 0;  // of the bodies, in this stage
+    double work = 0, adaptation_work = 0;  // of the bodies and of adapted penalties, in this stage
     StageDriver driver;
     driver.log = options_.log;
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       const std::vector<double> forces_now = body_forces(model, accepted);
       work += external_work(model, before, accepted, forces, forces_now);
-      energy_.external_work =
-          energy_before_.external_work + work + (model.crossing_order ? model.crossing_order->work() : 0);
+      energy_.external_work = energy_before_.external_work + work +
+                              (model.crossing_order ? model.crossing_order->work() : 0) + adaptation_work;
+      // It takes effect with the next increment.
+      adaptation_work = model.contact ? model.contact->adaptation_work() : 0;
       forces = forces_now;
       before = accepted;
       return record(model, accepted, report, stage, index);

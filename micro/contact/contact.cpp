@@ -164,7 +164,12 @@ void Contact::adapt_penalties(const State& state) {
     }
     const double target = law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b);
     scale = adapted_penalty_scale(scale, penetration / target);
-    for (; begin < end; ++begin) elements_[begin].penalty_scale = scale;
+    for (; begin < end; ++begin) {
+      ContactElement& e = elements_[begin];
+      const double energy = penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
+      adaptation_work_ += energy * (scale / e.penalty_scale - 1);  // the penalty's energy is proportional to it
+      e.penalty_scale = scale;
+    }
   }
 }
 

@@ -42,6 +42,8 @@ class Contact final : public Effect {
   /// also holds the work of slip in the step.)
   [[nodiscard]] double stored_energy(const State& state) const;
   [[nodiscard]] double dissipated() const { return dissipated_; }
+  /// Work that came in where penalties were raised under pressure, less what went out where they were lowered.
+  [[nodiscard]] double adaptation_work() const { return adaptation_work_; }
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
   void set_history(std::vector<ContactHistory> history) { history_ = std::move(history); }
 
@@ -58,7 +60,7 @@ class Contact final : public Effect {
   State start_;
   std::vector<ContactElement> elements_;
   std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_
-  double dissipated_ = 0;
+  double dissipated_ = 0, adaptation_work_ = 0;
 };
 
 }  // namespace trame::micro

@@ -32,7 +32,8 @@ struct BodyRecord {
   std::vector<Vec3> moment;  ///< N m
 };
 
-/// Energies since the start of the run, J.
+/// Energies since the start of the run, J. The external work is that of the bodies, of the crossing order that parts the yarns, and of
+/// penalties that are adapted under pressure.
 struct EnergyRecord {
   double external_work = 0, stored = 0, friction = 0, damping = 0, imbalance = 0;
 };
