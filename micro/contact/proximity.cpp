@@ -179,6 +179,14 @@ void solve_crossings(const FiberField& field, const State& state, const Proximit
   }
 }
 
+/// Whether s lies on a fiber. Round-off at an end does not decide: what is off by less than 1e-6 of the length is put on it.
+bool settle_on_fiber(double& s, double length) {
+  const double inside = std::clamp(s, 0.0, length);
+  const bool on_fiber = std::abs(s - inside) <= 1e-6 * length;
+  if (on_fiber) s = inside;
+  return on_fiber;
+}
+
 }  // namespace
 
 bool intermediate_chord(const FiberField& field, const State& state, Proximity& pair, double sense, double tau,
@@ -196,7 +204,7 @@ bool intermediate_chord(const FiberField& field, const State& state, Proximity& 
     pair.chord = b.r - a.r;
     du = pair.chord.dot(tangent) / tangent.squaredNorm();
     if (std::abs(du) < tolerance)
-      return pair.s_a >= 0 && pair.s_a <= length_a && pair.s_b >= 0 && pair.s_b <= length_b;
+      return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
     u += du;
   }
   return false;
@@ -214,7 +222,7 @@ bool closest_approach(const FiberField& field, const State& state, Proximity& pa
     const Vec2 step = m.inverse() * Vec2(pair.chord.dot(a.tangent), -pair.chord.dot(b.tangent));
     if (!step.allFinite()) return false;
     if (step.norm() < tolerance)
-      return pair.s_a >= 0 && pair.s_a <= length_a && pair.s_b >= 0 && pair.s_b <= length_b;
+      return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
     pair.s_a += step[0];
     pair.s_b += step[1];
   }
