@@ -167,7 +167,8 @@ void Contact::adapt_penalties(const State& state) {
     for (; begin < end; ++begin) {
       ContactElement& e = elements_[begin];
       const double energy = penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
-      adaptation_work_ += energy * (scale / e.penalty_scale - 1);  // the penalty's energy is proportional to it
+      // ∫ (∂ψ/∂k) dk at a constant force, at which the energy of the quadratic penalty goes with k^−½.
+      adaptation_work_ += 2 * energy * (1 - std::sqrt(e.penalty_scale / scale));
       e.penalty_scale = scale;
     }
   }

@@ -25,10 +25,14 @@ namespace trame::micro {
 
 /// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes with 1/k at a
 /// given force, and falls by up to 0.7 where the penetration stays below a quarter of the target. Continuous in ratio, also
-/// at first touch, so that round-off is not enlarged.
+/// at first touch, so that round-off is not enlarged. Held between 0.1 and 10⁴, because what is tied in penetration cannot part.
 [[nodiscard]] constexpr double adapted_penalty_scale(double scale, double ratio) {
-  constexpr double largest_rise = 4, largest_fall = 0.3, low = 0.25, touch = 0.005, smallest_scale = 0.1;
-  if (ratio > 1) return scale * (ratio * ratio < largest_rise ? ratio * ratio : largest_rise);
+  constexpr double largest_rise = 4, largest_fall = 0.3, low = 0.25, touch = 0.005, smallest_scale = 0.1,
+                   largest_scale = 1e4;
+  if (ratio > 1) {
+    const double raised = scale * (ratio * ratio < largest_rise ? ratio * ratio : largest_rise);
+    return raised < largest_scale ? raised : largest_scale;
+  }
   if (ratio <= 0 || ratio >= low) return scale;
   const double fall = largest_fall * (ratio < touch ? ratio / touch : 1) * (1 - ratio / low);
   return scale * (1 - fall) > smallest_scale ? scale * (1 - fall) : smallest_scale;

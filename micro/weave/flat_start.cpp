@@ -11,18 +11,33 @@
 
 namespace trame::micro {
 
+namespace {
+
+std::vector<Vec2> centred(std::vector<Vec2> points) {
+  Vec2 mean = Vec2::Zero();
+  for (const Vec2& p : points) mean += p / static_cast<double>(points.size());
+  for (Vec2& p : points) p -= mean;
+  return points;
+}
+
+}  // namespace
+
 std::vector<Vec2> hexagonal_section(Index n, Index n_layers, double a) {
   const double row_height = a * std::numbers::sqrt3 / 2;
   std::vector<Vec2> centres;
   if (n_layers > 0) {
-    for (Index row = 0, left = n; row < n_layers; ++row) {
+    // Rows are centred, then shifted by a quarter so that each stands in the gaps of the one below: centred rows of equal parity
+    // stand above each other, rows of unequal parity in the gaps already.
+    double shift = n_layers == 1 ? 0 : -0.25;
+    for (Index row = 0, left = n, before = 0; row < n_layers; ++row) {
       const Index in_row = (left + n_layers - row - 1) / (n_layers - row);
       left -= in_row;
-      const double shift = n_layers == 1 ? 0 : (row % 2 == 0 ? -0.25 : 0.25);
+      if (row > 0 && (in_row - before) % 2 == 0) shift = -shift;
+      before = in_row;
       for (Index i = 0; i < in_row; ++i)
         centres.emplace_back(a * (i - 0.5 * (in_row - 1) + shift), row_height * (row - 0.5 * (n_layers - 1)));
     }
-    return centres;
+    return centred(std::move(centres));
   }
   const auto reach = static_cast<Index>(std::ceil(std::sqrt(n))) + 1;
   for (Index row = -reach; row <= reach; ++row)
@@ -31,10 +46,7 @@ std::vector<Vec2> hexagonal_section(Index n, Index n_layers, double a) {
   std::stable_sort(centres.begin(), centres.end(),
                    [&](const Vec2& p, const Vec2& q) { return p.norm() < q.norm() - 1e-9 * a; });
   centres.resize(n);
-  Vec2 mean = Vec2::Zero();
-  for (const Vec2& c : centres) mean += c / n;
-  for (Vec2& c : centres) c -= mean;
-  return centres;
+  return centred(std::move(centres));
 }
 
 namespace {
