@@ -26,6 +26,7 @@ using trame::meso::MeshKind;
 using trame::meso::MeshStatus;
 using trame::micro::Increment;
 using trame::micro::SnapshotReader;
+using trame::workflows::find_state;
 
 struct Arguments {
   fs::path states;
@@ -127,7 +128,7 @@ void run(Arguments& arguments) {
   if (states.n_increments() == 0)
     throw InputError(fmt::format("{}: holds no increment yet", arguments.states.string()));
   if (arguments.list) return list(states);
-  const Index a = trame::workflows::find_state(states, "--from", arguments.from), b = trame::workflows::find_state(states, "--to", arguments.to);
+  const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
   arguments.analyse.mesh.kind = arguments.mesh == "swept" ? MeshKind::swept : MeshKind::delaunay;
   arguments.analyse.from = a;
   arguments.analyse.to = {b};

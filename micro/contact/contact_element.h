@@ -2,6 +2,8 @@
 /// \file
 /// The contact element: two particles, a frozen normal, a penalty force and a friction force. Pure functions of a gap and a slip.
 
+#include <algorithm>
+
 #include "micro/fiber/fiber_field.h"
 
 namespace trame::micro {
@@ -24,18 +26,15 @@ namespace trame::micro {
 }
 
 /// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes with 1/k at a
-/// given force, and falls by up to 0.7 where the penetration stays below a quarter of the target. Continuous in ratio, also
+/// given force, and falls by up to 30 % where the penetration stays below a quarter of the target. Continuous in ratio, also
 /// at first touch, so that round-off is not enlarged. Held between 0.1 and 10⁴, because what is tied in penetration cannot part.
 [[nodiscard]] constexpr double adapted_penalty_scale(double scale, double ratio) {
   constexpr double largest_rise = 4, largest_fall = 0.3, low = 0.25, touch = 0.005, smallest_scale = 0.1,
                    largest_scale = 1e4;
-  if (ratio > 1) {
-    const double raised = scale * (ratio * ratio < largest_rise ? ratio * ratio : largest_rise);
-    return raised < largest_scale ? raised : largest_scale;
-  }
-  if (ratio <= 0 || ratio >= low) return scale;
-  const double fall = largest_fall * (ratio < touch ? ratio / touch : 1) * (1 - ratio / low);
-  return scale * (1 - fall) > smallest_scale ? scale * (1 - fall) : smallest_scale;
+  double factor = 1;
+  if (ratio > 1) factor = std::min(ratio * ratio, largest_rise);
+  if (ratio > 0 && ratio < low) factor = 1 - largest_fall * std::min(ratio / touch, 1.0) * (1 - ratio / low);
+  return std::clamp(scale * factor, smallest_scale, largest_scale);
 }
 
 /// What history keeps of a contact element between detections, increments and stages.

@@ -39,7 +39,7 @@ struct StageOutcome {
   enum class Status : std::uint8_t { done, interrupted, gave_up } status = Status::done;
   std::string reason;       ///< why it gave up
   double stage_time = 0;    ///< reached
-  Index worst_dof = 0;      ///< largest residual of the last failure of Newton's method; else 0
+  Index worst_dof = 0;      ///< where the residual of the last failure is largest
 };
 
 /// Runs a stage on `state`, which at the end holds the last accepted one.

@@ -49,7 +49,7 @@ class CrossingOrder final : public Effect {
 [[nodiscard]] bool plan_crossing(const FiberField& field, const State& state, Index a, Index b, double& s_a, double& s_b);
 
 /// Smallest vertical distance z_upper − z_lower of the fiber pairs of a crossing, each where its plan views cross; nothing where
-/// no pair crosses.
+/// a pair does not cross.
 [[nodiscard]] std::optional<double> smallest_separation(const FiberField& field, const State& state,
                                                         const YarnCrossing& crossing);
 

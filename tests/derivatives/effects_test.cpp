@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "micro/contact/contact.h"
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
@@ -12,15 +10,15 @@
 #include "micro/solve/proximal.h"
 #include "micro/weave/crossing_order.h"
 #include "tests/support/finite_differences.h"
+#include "tests/support/run_scene.h"
 
 namespace trame::micro {
 namespace {
 
 using test::expect_consistent_derivatives;
+using test::isotropic;
 using test::perturbed;
 using test::TwoFibers;
-
-Material isotropic(double e, double nu) { return {"m", e, e, e / (2 * (1 + nu)), nu, nu}; }
 
 TEST(Derivatives, EnrichedBeam) {
   for (const bool twist_stretch : {false, true}) {
