@@ -151,7 +151,7 @@ class Run {
 
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
     const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
-                                         scene_.solver.step_cap * smallest_radius};
+                                         scene_.solver.step_cap * smallest_radius, scene_.solver.factor_precision};
     // Yarns that are being separated are on their way, not in equilibrium: their contact geometry may lag a little.
     const double geometry_tolerance = (stage.separate_yarns ? 5 : 1) * scene_.solver.geometry_tolerance;
     const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates, geometry_tolerance,

@@ -144,6 +144,7 @@ struct SolverSettings {
   Index max_geometry_updates = 6;        ///< contact detections within an increment
   double geometry_tolerance = 1e-2;      ///< residual, likewise, once the contact geometry is that of the final state
   double step_cap = 0.5;                 ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
+  FactorPrecision factor_precision = FactorPrecision::double_precision;
   double min_increment = 1e-4;           ///< smallest fraction of a stage before the solver gives up
 };
 

@@ -203,6 +203,8 @@ std::vector<Key<ContactSettings>> contact_keys() {
 
 std::vector<Key<SolverSettings>> solver_keys() {
   using T = SolverSettings;
+  const auto precision = choice<FactorPrecision>(
+      {{"single", FactorPrecision::single_precision}, {"double", FactorPrecision::double_precision}});
   return {
       key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)), "residual over the forces that balance in it"),
       key<T>("max_newton_iterations", &T::max_newton_iterations, integer(at_least(1)), "between contact detections"),
@@ -212,7 +214,9 @@ std::vector<Key<SolverSettings>> solver_keys() {
              "residual, likewise, with the contact geometry of the final state"),
       key<T>("step_cap", &T::step_cap, number(above(0)), "largest motion in an iteration, in radii of the thinnest fiber"),
       key<T>("min_increment", &T::min_increment, number(above_up_to(0, 1)),
-             "smallest part of a stage before the solver gives up")};
+             "smallest part of a stage before the solver gives up"),
+      key<T>("factor_precision", &T::factor_precision, precision,
+             "of the matrix factor; single takes half the memory and a third of the time, for patches of many fibers")};
 }
 
 }  // namespace trame::micro

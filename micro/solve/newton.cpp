@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace trame::micro {
 
@@ -19,6 +20,7 @@ std::string_view describe(NewtonOutcome::Status status) {
 
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
+      linear_(layout, settings.precision, n_threads),
       force_(layout.n_dofs()), magnitude_(layout.n_vectors()), step_(layout.n_dofs()) {
   owned_from_.resize(n_threads_ + 1);
   for (int t = 0; t <= n_threads_; ++t)
@@ -35,7 +37,7 @@ bool NewtonSolver::announce(const Effects& effects) {
   const auto guard = timers_.measure(Phase::symbolic);
   pattern_ = Pattern(layout_, std::move(builder));
   values_.resize(pattern_.n_values());
-  cholesky_.analyze(layout_, pattern_);
+  linear_.analyze(pattern_);
   return true;
 }
 
@@ -108,17 +110,35 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
     if (prescribed.fixed[d]) step_[d] = remaining * prescribed.motion[d];
 }
 
-bool NewtonSolver::factorize(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                             double remaining, NewtonOutcome& outcome) {
+/// Solves for the step from `state`. Near the solution the last factor is tried again: a few iterations on it cost less than a new one.
+/// A tangent that is not positive definite is replaced by its projection, and a factor that does not do in single precision by
+/// one in double.
+bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
+                             bool near, NewtonOutcome& outcome) {
+  constexpr double tolerance = 1e-4;
+  constexpr int max_iterations = 50, max_iterations_with_old_factor = 12;
+  const auto solve = [&](int limit) {
+    const auto guard = timers_.measure(Phase::solve);
+    const std::optional<int> n = linear_.solve(values_, step_, tolerance, limit);
+    outcome.n_linear_iterations += n.value_or(limit);
+    return n.has_value();
+  };
+  const auto factorize = [&] {
+    const auto guard = timers_.measure(Phase::factorization);
+    ++outcome.n_factorizations;
+    return linear_.factorize(values_);
+  };
+  bool try_old_factor = near && linear_.has_factor();
   while (true) {
     assemble(effects, state, projected_ ? Assembler::Tangent::projected : Assembler::Tangent::exact);
     for (std::size_t d = 0; d < force_.size(); ++d) step_[d] = -force_[d];
     impose(prescribed, remaining);
-    const auto guard = timers_.measure(Phase::factorization);
-    ++outcome.n_factorizations;
-    if (cholesky_.factorize(values_)) return true;
-    if (projected_) return false;
-    projected_ = true;
+    if (std::exchange(try_old_factor, false) && solve(max_iterations_with_old_factor)) return true;
+    if (factorize() && solve(max_iterations)) return true;
+    if (!projected_)
+      projected_ = true;
+    else if (!linear_.refine_precision())
+      return false;
   }
 }
 
@@ -157,6 +177,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   double remaining = 1;  // part of the prescribed motion still to be made
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
   projected_ = false;
+  bool near = false;  // the last step was taken whole
 
   for (;; ++outcome.n_iterations) {
     const Residual r = evaluate(effects, prescribed, state);
@@ -175,13 +196,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
       return outcome;
     }
 
-    if (!factorize(effects, prescribed, state, remaining, outcome)) {
+    if (!find_step(effects, prescribed, state, remaining, near, outcome)) {
       outcome.status = NewtonOutcome::Status::not_positive_definite;
       return outcome;
-    }
-    {
-      const auto guard = timers_.measure(Phase::solve);
-      cholesky_.solve(step_);
     }
     double largest = 0;
     for (std::size_t v = 0; v < state.q.size(); ++v)
@@ -189,7 +206,10 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     double alpha = largest > settings_.step_cap ? settings_.step_cap / largest : 1.0;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
-    if (log) log(fmt::format("      largest step {:.2e}, taken {:.2f} of it", largest, alpha));
+    near = alpha == 1;
+    if (log)
+      log(fmt::format("      largest step {:.2e}, taken {:.2f} of it; {} factorisations, {} linear iterations so far", largest, alpha,
+                      outcome.n_factorizations, outcome.n_linear_iterations));
     retract(layout_, state, step_, alpha, trial_);
     std::swap(state, trial_);
     remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);

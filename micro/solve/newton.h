@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "micro/core/timers.h"
-#include "micro/solve/cholesky.h"
 #include "micro/solve/effect.h"
+#include "micro/solve/linear_solver.h"
 
 namespace trame::micro {
 
@@ -21,6 +21,7 @@ struct NewtonSettings {
   double force_floor = 1e-12;     ///< residual norm that counts as zero whatever the magnitudes, force
   int max_iterations = 40;
   double step_cap = 0.5;          ///< largest change of any vector in one iteration, in the unit of length
+  FactorPrecision precision = FactorPrecision::double_precision;
 };
 
 struct NewtonOutcome {
@@ -28,6 +29,7 @@ struct NewtonOutcome {
   Status status = Status::converged;
   int n_iterations = 0;
   int n_factorizations = 0;
+  int n_linear_iterations = 0;  ///< of conjugate gradients
   double residual = 0;        ///< relative, at the end
   Index worst_dof = 0;        ///< where the residual is largest
   [[nodiscard]] bool converged() const { return status == Status::converged; }
@@ -66,15 +68,15 @@ class NewtonSolver {
   [[nodiscard]] const std::vector<double>& force() const { return force_; }
 
   [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(pattern_.n_values()); }
-  [[nodiscard]] double n_factor_entries() const { return cholesky_.n_factor_entries(); }
-  [[nodiscard]] double n_factor_flops() const { return cholesky_.n_factor_flops(); }
+  [[nodiscard]] double n_factor_entries() const { return linear_.n_factor_entries(); }
+  [[nodiscard]] double n_factor_flops() const { return linear_.n_factor_flops(); }
 
  private:
   void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent);
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
   void impose(const PrescribedMotion& prescribed, double remaining);
-  [[nodiscard]] bool factorize(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                               double remaining, NewtonOutcome& outcome);
+  [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
+                               bool near, NewtonOutcome& outcome);
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                    const PrescribedMotion& prescribed);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
@@ -84,7 +86,7 @@ class NewtonSolver {
   Timers& timers_;
   int n_threads_;
   Pattern pattern_;
-  Cholesky cholesky_;
+  LinearSolver linear_;
   bool projected_ = false;  // the exact tangent was indefinite in this solve
   std::vector<Index> owned_from_;  // n_threads + 1 node limits
   std::vector<double> values_, force_, magnitude_, step_;

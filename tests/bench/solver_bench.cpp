@@ -3,11 +3,12 @@
 /// sizes, so that the counter "per fiber" shows what grows faster than the number of fibers.
 
 #include <benchmark/benchmark.h>
+#include <omp.h>
 
 #include "micro/contact/contact.h"
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
-#include "micro/solve/cholesky.h"
+#include "micro/solve/linear_solver.h"
 #include "micro/weave/flat_start.h"
 
 namespace trame::micro {
@@ -85,7 +86,7 @@ void contact_assembly(benchmark::State& bench) {
   bench.counters["elements"] = static_cast<double>(bundle.contact.elements().size());
 }
 
-template <FiberModel model>
+template <FiberModel model, FactorPrecision precision>
 void factorization(benchmark::State& bench) {
   Bundle bundle(static_cast<Index>(bench.range(0)), model);
   bundle.assemble(*bundle.elastic);
@@ -95,22 +96,25 @@ void factorization(benchmark::State& bench) {
       bundle
           .values[bundle.pattern.value_start(j) + static_cast<std::size_t>(c) * bundle.pattern.column_height(j) + c] +=
           0.1;
-  Cholesky cholesky;
-  cholesky.analyze(bundle.layout, bundle.pattern);
+  LinearSolver solver(bundle.layout, precision, omp_get_max_threads());
+  solver.analyze(bundle.pattern);
   for (auto _ : bench)
-    if (!cholesky.factorize(bundle.values)) bench.SkipWithError("not positive definite");
+    if (!solver.factorize(bundle.values)) bench.SkipWithError("not positive definite");
   report_per_fiber(bench);
-  bench.counters["entries of L"] = cholesky.n_factor_entries();
+  bench.counters["entries of L"] = solver.n_factor_entries();
   bench.counters["flops"] =
-      benchmark::Counter(cholesky.n_factor_flops(), benchmark::Counter::kIsIterationInvariantRate);
+      benchmark::Counter(solver.n_factor_flops(), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 BENCHMARK(contact_search)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
 BENCHMARK(elastic_assembly<FiberModel::enriched>)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
 BENCHMARK(elastic_assembly<FiberModel::rod>)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
 BENCHMARK(contact_assembly)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
-BENCHMARK(factorization<FiberModel::rod>)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
-BENCHMARK(factorization<FiberModel::enriched>)->Arg(7)->Arg(19)->Arg(37)->Unit(benchmark::kMillisecond);
+constexpr FactorPrecision single = FactorPrecision::single_precision, in_double = FactorPrecision::double_precision;
+BENCHMARK(factorization<FiberModel::rod, single>)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
+BENCHMARK(factorization<FiberModel::rod, in_double>)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
+BENCHMARK(factorization<FiberModel::enriched, single>)->Arg(7)->Arg(19)->Arg(37)->Unit(benchmark::kMillisecond);
+BENCHMARK(factorization<FiberModel::enriched, in_double>)->Arg(7)->Arg(19)->Arg(37)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace trame::micro

@@ -216,6 +216,7 @@ max_newton_iterations = 21
 max_geometry_updates = 4
 step_cap = 0.4
 min_increment = 1e-3
+factor_precision = "single"
 [[stage]]
 name = "separate"
 separate_yarns = true
@@ -367,6 +368,7 @@ TEST(Scene, ReadsEffectsAndSettings) {
   EXPECT_EQ(scene.solver.max_geometry_updates, 4);
   EXPECT_EQ(scene.solver.step_cap, 0.4);
   EXPECT_EQ(scene.solver.min_increment, 1e-3);
+  EXPECT_EQ(scene.solver.factor_precision, FactorPrecision::single_precision);
 }
 
 TEST(Scene, ReadsStages) {

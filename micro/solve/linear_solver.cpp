@@ -1,0 +1,134 @@
+#include "micro/solve/linear_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+extern "C" void openblas_set_num_threads(int n_threads);
+
+namespace trame::micro {
+
+namespace {
+
+// The product is summed in so many parts whatever the number of threads, so that it does not depend on that.
+constexpr int n_parts = 8;
+
+double dot(std::span<const double> a, std::span<const double> b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+}  // namespace
+
+LinearSolver::LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads)
+    : layout_(layout), precision_(precision), n_threads_(n_threads), partial_(n_parts) {
+  // Threads work on fronts and parts of fronts, each with a BLAS of one thread.
+  openblas_set_num_threads(1);
+  for (auto* v : {&x_, &residual_, &z_, &direction_, &product_}) v->resize(layout.n_dofs());
+  for (auto& v : partial_) v.resize(layout.n_dofs());
+}
+
+void LinearSolver::analyze(const Pattern& pattern) {
+  pattern_ = &pattern;
+  has_factor_ = false;
+  elimination_ = Elimination(layout_, pattern);
+  part_start_.assign(1, 0);
+  for (Index j = 0; j < pattern.n_nodes(); ++j)
+    while (pattern.value_start(j) * n_parts >= pattern.n_values() * part_start_.size()) part_start_.push_back(j);
+  part_start_.resize(n_parts, pattern.n_nodes());
+  part_start_.push_back(pattern.n_nodes());
+}
+
+bool LinearSolver::factorize(std::span<const double> values) {
+  has_factor_ = precision_ == FactorPrecision::single_precision ? single_.factorize(elimination_, values, n_threads_)
+                                                                : double_.factorize(elimination_, values, n_threads_);
+  return has_factor_;
+}
+
+bool LinearSolver::refine_precision() {
+  if (precision_ == FactorPrecision::double_precision) return false;
+  precision_ = FactorPrecision::double_precision;
+  has_factor_ = false;
+  single_.release();
+  return true;
+}
+
+void LinearSolver::precondition(std::span<const double> residual, std::span<double> z) {
+  if (precision_ == FactorPrecision::single_precision)
+    single_.solve(elimination_, layout_, residual, z);
+  else
+    double_.solve(elimination_, layout_, residual, z);
+}
+
+void LinearSolver::multiply(std::span<const double> values, std::span<const double> x, std::span<double> y) {
+#pragma omp parallel for num_threads(n_threads_) schedule(dynamic, 1)
+  for (int part = 0; part < n_parts; ++part) {
+    std::vector<double>& sum = partial_[part];
+    std::fill(sum.begin(), sum.end(), 0.0);
+    for (Index j = part_start_[part]; j < part_start_[part + 1]; ++j) {
+      const Index first = layout_.first_dof(j), width = layout_.first_dof(j + 1) - first;
+      const double* column = values.data() + pattern_->value_start(j);
+      const auto rows = pattern_->rows(j);
+      for (Index c = 0; c < width; ++c, column += pattern_->column_height(j)) {
+        const double xc = x[first + c];
+        sum[first + c] += column[c] * xc;
+        double own = 0;
+        for (Index r = c + 1; r < width; ++r) {
+          sum[first + r] += column[r] * xc;
+          own += column[r] * x[first + r];
+        }
+        const double* value = column + width;
+        for (const Index i : rows.subspan(1)) {
+          const Index begin = layout_.first_dof(i), height = layout_.first_dof(i + 1) - begin;
+          for (Index r = 0; r < height; ++r) {
+            sum[begin + r] += value[r] * xc;
+            own += value[r] * x[begin + r];
+          }
+          value += height;
+        }
+        sum[first + c] += own;
+      }
+    }
+  }
+#pragma omp parallel for num_threads(n_threads_) schedule(static)
+  for (std::size_t d = 0; d < y.size(); ++d) {
+    double sum = 0;
+    for (const auto& part : partial_) sum += part[d];
+    y[d] = sum;
+  }
+}
+
+std::optional<int> LinearSolver::solve(std::span<const double> values, std::span<double> b, double tolerance,
+                                       int max_iterations) {
+  std::fill(x_.begin(), x_.end(), 0.0);
+  std::copy(b.begin(), b.end(), residual_.begin());
+  precondition(residual_, z_);
+  double rz = dot(residual_, z_);
+  if (!std::isfinite(rz)) return std::nullopt;
+  const double start = rz, goal = tolerance * tolerance * rz;
+  direction_ = z_;
+  int iteration = 0;
+  while (rz > goal) {
+    if (iteration == max_iterations) return std::nullopt;
+    constexpr int judged_from = 4;
+    if (iteration >= judged_from && std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
+      return std::nullopt;
+    ++iteration;
+    multiply(values, direction_, product_);
+    const double curvature = dot(direction_, product_);
+    if (!(curvature > 0)) return std::nullopt;
+    const double alpha = rz / curvature;
+    for (std::size_t d = 0; d < x_.size(); ++d) {
+      x_[d] += alpha * direction_[d];
+      residual_[d] -= alpha * product_[d];
+    }
+    precondition(residual_, z_);
+    const double next = dot(residual_, z_);
+    const double beta = next / rz;
+    rz = next;
+    for (std::size_t d = 0; d < x_.size(); ++d) direction_[d] = z_[d] + beta * direction_[d];
+  }
+  std::copy(x_.begin(), x_.end(), b.begin());
+  return iteration;
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,53 @@
+#pragma once
+/// \file
+/// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind a complete factor, which
+/// may be in single precision, or that of an earlier matrix.
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "micro/solve/supernodal_factor.h"
+
+namespace trame::micro {
+
+class LinearSolver {
+ public:
+  LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads);
+
+  /// Orders and analyses a pattern, which must outlive its use here. Done once per pattern, whatever the number of factorisations.
+  void analyze(const Pattern& pattern);
+  /// Factorises the matrix with these values. Returns false where it is not positive definite in the precision of the factor.
+  [[nodiscard]] bool factorize(std::span<const double> values);
+  /// Factorises in double precision from now on. Returns false if that was the case already.
+  bool refine_precision();
+
+  [[nodiscard]] bool has_factor() const { return has_factor_; }
+  /// Solves K x = b in place, up to `tolerance` in the norm of the preconditioned residual relative to that of b. Returns the
+  /// number of iterations, or nothing, b unchanged, if `max_iterations` do not suffice, will not at the pace of the first ones, or K
+  /// is seen not to be positive definite.
+  [[nodiscard]] std::optional<int> solve(std::span<const double> values, std::span<double> b, double tolerance,
+                                         int max_iterations);
+
+  [[nodiscard]] double n_factor_entries() const { return static_cast<double>(elimination_.value_start.back()); }
+  [[nodiscard]] double n_factor_flops() const { return elimination_.n_flops; }
+
+ private:
+  void precondition(std::span<const double> residual, std::span<double> z);
+  /// y = K x
+  void multiply(std::span<const double> values, std::span<const double> x, std::span<double> y);
+
+  const Layout& layout_;
+  const Pattern* pattern_ = nullptr;
+  FactorPrecision precision_;
+  int n_threads_;
+  Elimination elimination_;
+  SupernodalFactor<float> single_;
+  SupernodalFactor<double> double_;
+  bool has_factor_ = false;
+  std::vector<Index> part_start_;            // node columns of each part of the product
+  std::vector<std::vector<double>> partial_;  // its contribution to the product
+  std::vector<double> x_, residual_, z_, direction_, product_;
+};
+
+}  // namespace trame::micro
