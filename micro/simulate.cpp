@@ -152,16 +152,17 @@ class Run {
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
     const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
                                          scene_.solver.step_cap * smallest_radius, scene_.solver.factor_precision};
-    // Yarns that are being separated are on their way, not in equilibrium: their contact geometry may lag a little.
-    const double geometry_tolerance = (stage.separate_yarns ? 5 : 1) * scene_.solver.geometry_tolerance;
-    const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates, geometry_tolerance,
-                                scene_.solver.min_increment, newton_settings.step_cap};
+    const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates,
+                                scene_.solver.geometry_tolerance, scene_.solver.min_increment,
+                                newton_settings.step_cap};
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
     double work = 0, adaptation_work = 0;  // of the bodies and of adapted penalties, in this stage
     StageDriver driver;
     driver.log = options_.log;
+    // Fibers that are still being damped are on their way, not in equilibrium.
+    driver.slack = [&](double to) { return model.proximal && (to < 1 || stage.proximal_end > 0) ? 5.0 : 1.0; };
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       const std::vector<double> forces_now = body_forces(model, accepted);

@@ -1,6 +1,7 @@
 #include "micro/contact/contact.h"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 namespace trame::micro {
@@ -36,6 +37,39 @@ const ContactHistory* Contact::find_history(const Proximity& p) const {
   return best;
 }
 
+void Contact::set_history(std::vector<ContactHistory> history) {
+  history_ = std::move(history);
+  note_loaded_particles();
+}
+
+void Contact::note_loaded_particles() {
+  loaded_.clear();
+  for (const ContactHistory& h : history_)
+    if (h.touches) {
+      loaded_.push_back({h.fiber_a, h.s_a, std::log(h.penalty_scale)});
+      loaded_.push_back({h.fiber_b, h.s_b, std::log(h.penalty_scale)});
+    }
+  std::sort(loaded_.begin(), loaded_.end(), [](const LoadedParticle& a, const LoadedParticle& b) {
+    return std::tie(a.fiber, a.s, a.log_scale) < std::tie(b.fiber, b.s, b.log_scale);
+  });
+}
+
+/// A pair that touches for the first time starts with the geometric mean of the penalties in force nearby on both fibers: a soft one
+/// among hard ones would have to take their load, and let fibers through each other.
+double Contact::starting_scale(const Proximity& p) const {
+  double sum = 0;
+  int n = 0;
+  const auto collect = [&](Index fiber, double s) {
+    const double reach = 4 * field_.mesh().radius[fiber];
+    auto l = std::lower_bound(loaded_.begin(), loaded_.end(), std::make_pair(fiber, s - reach),
+                              [](const LoadedParticle& a, const auto& k) { return std::make_pair(a.fiber, a.s) < k; });
+    for (; l != loaded_.end() && l->fiber == fiber && l->s < s + reach; ++l, ++n) sum += l->log_scale;
+  };
+  collect(p.fiber_a, p.s_a);
+  collect(p.fiber_b, p.s_b);
+  return n > 0 ? std::exp(sum / n) : 1;
+}
+
 ContactElement Contact::make_element(const Proximity& p, const State& state, const ContactHistory* known) const {
   ContactElement e;
   e.fiber_a = p.fiber_a;
@@ -66,7 +100,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   };
   e.a = particle(p.fiber_a, p.s_a, e.normal);
   e.b = particle(p.fiber_b, p.s_b, -e.normal);
-  e.penalty_scale = known ? known->penalty_scale : 1;
+  e.penalty_scale = known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1;
   e.penalty = law_.penalty * std::min(modulus_[p.fiber_a], modulus_[p.fiber_b]) * p.length * e.penalty_scale;
 
   if (law_.friction) {
@@ -143,8 +177,10 @@ void Contact::commit(const State& state) {
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     const ContactElement& e = elements_[i];
     const Vec3 traction = friction(e, e.relative_position(field_.layout(), state)).force;
-    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale};
+    const bool touches = e.gap(field_.layout(), state) < 0;
+    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale, touches};
   }
+  note_loaded_particles();
 }
 
 /// Zone by zone: up to eight consecutive samples of a pair. Zones without any contact keep their penalty, so that a fiber does not meet

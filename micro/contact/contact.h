@@ -45,13 +45,15 @@ class Contact final : public Effect {
   /// Work that came in where penalties were raised under pressure, less what went out where they were lowered.
   [[nodiscard]] double adaptation_work() const { return adaptation_work_; }
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
-  void set_history(std::vector<ContactHistory> history) { history_ = std::move(history); }
+  void set_history(std::vector<ContactHistory> history);
 
  private:
   [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state,
                                             const ContactHistory* known) const;
   [[nodiscard]] const ContactHistory* find_history(const Proximity& proximity) const;
   [[nodiscard]] double mean_radius(Index a, Index b) const;
+  [[nodiscard]] double starting_scale(const Proximity& proximity) const;
+  void note_loaded_particles();
   void adapt_penalties(const State& state);
 
   const FiberField& field_;
@@ -60,6 +62,11 @@ class Contact final : public Effect {
   State start_;
   std::vector<ContactElement> elements_;
   std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_
+  struct LoadedParticle {
+    Index fiber;
+    double s, log_scale;
+  };
+  std::vector<LoadedParticle> loaded_;   // particles in contact, sorted, with the logarithm of their penalty scale
   double dissipated_ = 0, adaptation_work_ = 0;
 };
 

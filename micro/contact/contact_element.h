@@ -44,6 +44,7 @@ struct ContactHistory {
   Vec3 normal = Vec3::UnitZ();
   Vec3 traction = Vec3::Zero();    ///< Friction::force; −traction acts on b
   double penalty_scale = 1;
+  bool touches = false;
 };
 
 /// A pair of particles that may touch. While n and the arc lengths are frozen, the gap is

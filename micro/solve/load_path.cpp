@@ -19,7 +19,7 @@ struct Attempt {
 /// detections the particles in contact stay and only directions follow: where a contact sits at the joint of two elements, whose
 /// tangents differ a little, or between two kinds of contact, it would go to and fro for ever.
 Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
-                      const StageDriver& driver, Timers& timers, PrescribedMotion motion, State& state,
+                      const StageDriver& driver, Timers& timers, PrescribedMotion motion, double slack, State& state,
                       IncrementReport& report) {
   Index worst_dof = 0;
   for (int update = 0; update <= settings.max_geometry_updates; ++update) {
@@ -36,11 +36,11 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
       report.residual = r.relative();
       worst_dof = r.worst_dof;
       if (driver.log) driver.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
-      if (report.residual <= settings.geometry_tolerance) return {true, "", 0};
+      if (report.residual <= slack * settings.geometry_tolerance) return {true, "", 0};
       if (update == settings.max_geometry_updates) break;
     }
     ++report.n_geometry_updates;
-    const NewtonOutcome outcome = newton.solve(effects, motion, state, driver.log);
+    const NewtonOutcome outcome = newton.solve(effects, motion, slack, state, driver.log);
     report.n_newton_iterations += outcome.n_iterations;
     report.n_factorizations += outcome.n_factorizations;
     if (!outcome.converged())
@@ -80,7 +80,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     State trial = report.n_cuts == 0 ? predict(state, before, (to - time) / last_size, settings.prediction_cap) : state;
     for (const auto& effect : effects) effect->begin_step(state, to);
     const Attempt attempt =
-        try_increment(newton, effects, settings, driver, timers, driver.motion(trial, time, to), trial, report);
+        try_increment(newton, effects, settings, driver, timers, driver.motion(trial, time, to), driver.slack(to), trial, report);
     if (!attempt.accepted) {
       ++report.n_cuts;
       size = 0.5 * (to - time);

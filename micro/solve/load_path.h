@@ -32,6 +32,8 @@ struct StageDriver {
   std::function<PrescribedMotion(const State& state, double from, double to)> motion;
   /// An increment has converged and is committed; return false to end here.
   std::function<bool(const State& state, const IncrementReport& report)> accepted;
+  /// Factor of the tolerances in an increment to stage time `to`: more than 1 where it need not end in equilibrium.
+  std::function<double(double to)> slack = [](double) { return 1; };
   std::function<void(const std::string&)> log;  ///< may be empty
 };
 

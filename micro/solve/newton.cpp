@@ -149,29 +149,30 @@ double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
   return sum;
 }
 
-/// Shortens a step along which the potential has turned upward steeply: secant on its slope, at most five trials.
+/// Shortens a step along which the potential has turned upward steeply: regula falsi on its slope between the longest step known to
+/// be downhill and the shortest known to be too long, at most six trials.
 double NewtonSolver::line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                  const PrescribedMotion& prescribed) {
-  constexpr double accepted = 0.8;
+  const double accepted = 0.8 * std::abs(slope_at_zero);
   double low = 0, low_slope = slope_at_zero, high = alpha;
-  for (int trial = 0; trial < 5; ++trial) {
+  for (int trial = 0; trial < 6; ++trial) {
     retract(layout_, state, step_, alpha, trial_);
     assemble(effects, trial_, Assembler::Tangent::none);
     const double s = slope(prescribed);
-    if (!std::isfinite(s)) {
-      high = alpha;
-      alpha = 0.25 * (low + high);
-      continue;
+    if (std::abs(s) <= accepted || (trial == 0 && s < 0)) return alpha;
+    if (s < 0) {
+      low = alpha;
+      low_slope = s;
+    } else {
+      high = alpha;  // infinite and undefined slopes too
     }
-    if (s <= accepted * std::abs(slope_at_zero) && s >= slope_at_zero) return alpha;
-    if (s < 0) return alpha;  // still downhill
-    high = alpha;
-    alpha = low + std::clamp(-low_slope / (s - low_slope), 0.1, 0.7) * (high - low);
+    const double guess = std::isfinite(s) && s > 0 ? -low_slope / (s - low_slope) : 0.5;
+    alpha = low + std::clamp(guess, 0.1, 0.7) * (high - low);
   }
-  return alpha;
+  return low > 0 ? low : alpha;
 }
 
-NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, State& state,
+NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
                                   const std::function<void(const std::string&)>& log) {
   NewtonOutcome outcome;
   double remaining = 1;  // part of the prescribed motion still to be made
@@ -189,7 +190,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     }
     if (log) log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
                              projected_ ? "  (projected)" : ""));
-    if (remaining == 0 && (r.norm <= settings_.force_tolerance * r.scale || r.norm <= settings_.force_floor))
+    if (remaining == 0 && (r.norm <= slack * settings_.force_tolerance * r.scale || r.norm <= settings_.force_floor))
       return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
       outcome.status = NewtonOutcome::Status::too_many_iterations;

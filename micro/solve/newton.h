@@ -57,9 +57,9 @@ class NewtonSolver {
   /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept. Returns true for a new one.
   bool announce(const Effects& effects);
 
-  /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`.
-  /// `log` (may be empty) gets a line per iteration.
-  NewtonOutcome solve(const Effects& effects, const PrescribedMotion& prescribed, State& state,
+  /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`, to `slack`
+  /// times the tolerance of the settings. `log` (may be empty) gets a line per iteration.
+  NewtonOutcome solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
                       const std::function<void(const std::string&)>& log);
 
   /// Gradient of the potential at `state`; afterwards `force()` holds it.

@@ -18,10 +18,10 @@ struct YarnCrossing {
 
 class CrossingOrder final : public Effect {
  public:
-  /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length of gap.
-  /// It is not adapted: measured, stiff crossings cost many iterations, and relaxation adapts what remains in contact anyway.
+  /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length of gap to
+  /// start with; each crossing adapts its own to `target_penetration`, a length.
   CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth, double penalty,
-                double p_reg);
+                double p_reg, double target_penetration);
 
   [[nodiscard]] std::string_view name() const override { return "crossing order"; }
   void begin_step(const State& start, double stage_time) override;
@@ -33,16 +33,18 @@ class CrossingOrder final : public Effect {
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
   /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
   [[nodiscard]] double work() const { return work_; }
-  /// What ordinary contact takes over from the fibers that press on each other: on which side they lie.
+  /// What ordinary contact takes over from the fibers that press on each other: on which side they lie, and their penalty.
   [[nodiscard]] std::vector<ContactHistory> history(const State& state) const;
 
  private:
   const FiberField& field_;
   std::vector<YarnCrossing> crossings_;
-  double start_depth_, penalty_, p_reg_;
+  std::vector<double> penalty_scale_;  // of each crossing
+  double start_depth_, penalty_, p_reg_, target_penetration_;
   double depth_ = 0;                       // d / (R_a + R_b) of this step
   double depth_n_, force_n_ = 0, work_ = 0;  // of the last accepted step; the force works on d / (R_a + R_b)
-  std::vector<ContactElement> elements_;
+  std::vector<ContactElement> elements_;  // crossing by crossing
+  std::vector<std::size_t> element_start_;
 };
 
 /// Arc lengths at which the plan views (along z) of two fibers cross; false where they do not.

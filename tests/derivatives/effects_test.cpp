@@ -58,7 +58,7 @@ TEST(Derivatives, ContactAndFriction) {
 
 TEST(Derivatives, CrossingOrder) {
   TwoFibers scene(FiberModel::rod, TwoFibers::Arrangement::crossed);
-  CrossingOrder order(scene.field, {{0, 1}}, -2, 1.0, 0.03);
+  CrossingOrder order(scene.field, {{0, 1}}, -2, 1.0, 0.03, 0.3);
   order.begin_step(scene.state, 1);
   order.update(scene.state, Effect::Update::everything);
   ASSERT_EQ(order.elements().size(), 1u);

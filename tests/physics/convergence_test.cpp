@@ -74,7 +74,7 @@ Vec3 tip(FiberModel model, Index n_elements) {
   constexpr int n_steps = 8;
   for (int step = 1; step <= n_steps; ++step) {
     for (const auto& effect : effects) effect->begin_step(state, static_cast<double>(step) / n_steps);
-    const NewtonOutcome outcome = newton.solve(effects, clamp(layout, model), state, {});
+    const NewtonOutcome outcome = newton.solve(effects, clamp(layout, model), 1, state, {});
     EXPECT_TRUE(outcome.converged()) << describe(outcome.status) << ", residual " << outcome.residual;
   }
   return field.curve(state, 0, length).r;

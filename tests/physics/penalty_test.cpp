@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 
 #include "micro/contact/contact.h"
+#include "micro/weave/crossing_order.h"
 #include "tests/support/finite_differences.h"
 #include "tests/support/run_scene.h"
 
@@ -102,6 +104,72 @@ TEST(Penalty, ParallelFibersPressWithTheLawPerLength) {
         EXPECT_NEAR(e.length, sample, 1e-12);
       }
     }
+}
+
+/// Two parallel fibers of which the second lies on the first, and the effects' view of them.
+struct FiberOnFiber {
+  explicit FiberOnFiber(double distance) {
+    Scene scene = test::cantilever(FiberModel::rod, 0.3, 40, 10);
+    scene.fibers = {{"a", 0, {{0, 0, 0}, {40, 0, 0}}, 10, {}}, {"b", 0, {{0, 0, distance}, {40, 0, distance}}, 10, {}}};
+    scene.bodies.clear();
+    assembly = assemble_scene(scene);
+    field.emplace(assembly.mesh, std::vector{FiberModel::rod, FiberModel::rod}, layout);
+    state.q.assign(layout.n_vectors(), Vec3::Zero());
+    field->read_configuration(assembly.configuration, state);
+  }
+  Assembly assembly;
+  Layout layout;
+  std::optional<FiberField> field;
+  State state;
+};
+
+TEST(Penalty, APairThatMeetsAmongLoadedOnesStartsWithTheirStiffness) {
+  FiberOnFiber fibers(1.9);
+  Contact contact(*fibers.field, ContactLaw{}, {1, 1});
+  // Two touching samples, 3 and 5 of arc length from where nothing is known; one far off that does not touch.
+  contact.set_history({{0, 1, 10, 10, Vec3::UnitZ(), Vec3::Zero(), 4, true},
+                       {0, 1, 14, 14, Vec3::UnitZ(), Vec3::Zero(), 9, true},
+                       {0, 1, 30, 30, Vec3::UnitZ(), Vec3::Zero(), 100, false}});
+  contact.begin_step(fibers.state, 1);
+  contact.update(fibers.state, Effect::Update::everything);
+  for (const ContactElement& e : contact.elements()) {
+    const double expected = std::abs(e.s_a - 10) < 2 ? 4 : std::abs(e.s_a - 14) < 2 ? 9 : std::abs(e.s_a - 30) < 2 ? 100
+                            : e.s_a > 10 && e.s_a < 14 ? 6                     // √(4·9): both are near
+                            : e.s_a > 6 && e.s_a < 10  ? 4
+                            : e.s_a > 14 && e.s_a < 18 ? 9
+                                                       : 1;
+    const bool at_the_edge = std::abs(e.s_a - 6) < 0.1 || std::abs(e.s_a - 18) < 0.1;
+    if (!at_the_edge) {
+      EXPECT_NEAR(e.penalty_scale, expected, 1e-12) << e.s_a;
+    }
+  }
+}
+
+TEST(Penalty, CrossingOrderStiffensToItsTargetAndHandsItsPenaltyOver) {
+  Scene scene = crossed_fibers(FiberModel::rod, 0);
+  scene.bodies.clear();
+  const Assembly assembly = assemble_scene(scene);
+  Layout layout;
+  FiberMesh mesh = assembly.mesh;
+  mesh.yarns = {{"under", YarnFamily::warp, 0, 1}, {"over", YarnFamily::weft, 1, 1}};
+  const FiberField field(mesh, {FiberModel::rod, FiberModel::rod}, layout);
+  State state;
+  state.q.assign(layout.n_vectors(), Vec3::Zero());
+  field.read_configuration(assembly.configuration, state);
+  // The axes are 1.99 apart and shall be 2: a penetration of 0.01, whose target is 0.005.
+  CrossingOrder order(field, {{1, 0}}, -2, 1.0, 0.1, 0.005);
+  order.begin_step(state, 1);
+  order.update(state, Effect::Update::everything);
+  ASSERT_EQ(order.history(state).size(), 1u);
+  EXPECT_DOUBLE_EQ(order.history(state)[0].penalty_scale, 1);
+  order.commit(state);
+  order.begin_step(state, 1);
+  order.update(state, Effect::Update::everything);
+  const ContactHistory handed_over = order.history(state).at(0);
+  EXPECT_NEAR(handed_over.penalty_scale, 4, 1e-10);  // (0.01 / 0.005)²
+  EXPECT_TRUE(handed_over.touches);
+  EXPECT_EQ(handed_over.fiber_a, 0);
+  EXPECT_NEAR((handed_over.normal - Vec3::UnitZ()).norm(), 0, 1e-15);  // from the lower fiber to the upper
 }
 
 }  // namespace

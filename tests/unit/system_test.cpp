@@ -300,7 +300,7 @@ TEST(Newton, PrescribedMotionPullsAChainStraight) {
     prescribed.fixed[c] = prescribed.fixed[12 + c] = 1;
     prescribed.motion[12 + c] = motion[c];
   }
-  const NewtonOutcome outcome = newton.solve(effects, prescribed, chain.state, {});
+  const NewtonOutcome outcome = newton.solve(effects, prescribed, 1, chain.state, {});
   ASSERT_TRUE(outcome.converged());
   EXPECT_EQ(outcome.n_iterations, 1);  // it is linear
   for (Index i = 0; i < 5; ++i) EXPECT_LT((chain.state.q[i] - (first + i * 0.25 * (target - first))).norm(), 1e-12);
