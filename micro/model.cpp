@@ -67,13 +67,13 @@ const Material& material_of(const Scene& scene, const Assembly& assembly, Index 
   return scene.materials[scene.fiber_types[assembly.type_of_fiber[fiber]].material];
 }
 
+}  // namespace
+
 std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly) {
   std::vector<Material> materials;
   for (Index f = 0; f < assembly.mesh.n_fibers(); ++f) materials.push_back(material_of(scene, assembly, f));
   return materials;
 }
-
-}  // namespace
 
 StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried)
     : bodies(static_cast<Index>(assembly.body_names.size()), layout),
@@ -86,6 +86,7 @@ StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage
   add_fibers(scene, assembly);
   add_contact(scene, assembly, stage, carried);
   add_bodies(assembly, carried);
+  if (contact && carried.just_separated) contact->forgive(start);
   if (stage.proximal_start > 0) {
     double stiffness = 0;  // mean E A / L
     for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)

@@ -32,6 +32,7 @@ struct Carried {
   std::vector<Pose> poses;
   std::vector<double> body_forces;   ///< external force on each of the 6 dofs of each body
   std::vector<ContactHistory> contact_history;
+  bool just_separated = false;       ///< yarns were parted with vertical normals in the stage before
 };
 
 /// How a dof of a body is driven through a stage.
@@ -75,6 +76,8 @@ struct StageModel {
   std::vector<FollowTerm> follow_terms_;
 };
 
+/// Material of each fiber.
+[[nodiscard]] std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly);
 /// Fiber model of each fiber in a stage.
 [[nodiscard]] std::vector<FiberModel> models_in_stage(const Scene& scene, const Assembly& assembly, const Stage& stage);
 /// Yarn crossings as upper over lower.

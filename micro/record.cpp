@@ -35,6 +35,7 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.friction_force.push_back(-friction(e, b - a).force * scales.force());
     record.slip.push_back(e.tangential(b - a - e.x_start) * scales.length);
     record.penalty.push_back(e.penalty * scales.force() / scales.length);
+    record.length.push_back(e.length * scales.length);
   }
   return record;
 }

@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <tuple>
 
 #include "micro/core/wildcard.h"
 #include "micro/model.h"
 #include "micro/record.h"
+#include "micro/restart.h"
 
 namespace trame::micro {
 
@@ -111,17 +114,27 @@ class Run {
     summary_.size = model_size(scene);
     summary_.n_threads = options.n_threads > 0 ? options.n_threads : omp_get_max_threads();
     omp_set_num_threads(summary_.n_threads);
-    carried_.configuration = assembly_.configuration;
-    for (const Vec3& p : assembly_.body_positions) carried_.poses.push_back({p, Mat3::Identity()});
-    carried_.body_forces.assign(6 * carried_.poses.size(), 0.0);
+    std::optional<Restart> restart;
+    if (options.start_from.empty()) {
+      carried_.configuration = assembly_.configuration;
+      for (const Vec3& p : assembly_.body_positions) carried_.poses.push_back({p, Mat3::Identity()});
+      carried_.body_forces.assign(6 * carried_.poses.size(), 0.0);
+    } else {
+      restart = restart_after(options.after, SnapshotReader(options.start_from), scene_, assembly_, scales_);
+      carried_ = restart->carried;
+      first_stage_ = restart->next_stage;
+    }
     writer_ = std::make_unique<SnapshotWriter>(
         options.states,
         SnapshotHeader{TRAME_VERSION, scene.name, scene.text, dimensional(assembly_.mesh, scales_), assembly_.body_names});
-    save_start();
+    if (restart)
+      save_start(*restart);
+    else
+      save_start();
   }
 
   SimulationSummary follow_load_path() {
-    for (std::size_t i = 0; i < scene_.stages.size() && summary_.status == Status::done; ++i) {
+    for (std::size_t i = first_stage_; i < scene_.stages.size() && summary_.status == Status::done; ++i) {
       run(scene_.stages[i], i);
       if (stop_requested() && i + 1 < scene_.stages.size() && summary_.status == Status::done)
         summary_.status = Status::interrupted;
@@ -143,6 +156,16 @@ class Run {
     writer_->append(start);
   }
 
+  /// Strains between the flat start and any later state shall be had from this run's states alone.
+  void save_start(const Restart& restart) {
+    writer_->append(restart.reference);
+    writer_->append(restart.state);
+    const EnergyRecord& energy = restart.state.solver.energy;
+    const double unit = scales_.energy();
+    energy_before_ = {energy.external_work / unit, 0, energy.friction / unit, energy.damping / unit, 0};
+    energy_.stored = energy.stored / unit;
+  }
+
   void run(const Stage& stage, std::size_t index) {
     place_leaders(assembly_, stage, carried_.poses);
     StageModel model(scene_, assembly_, stage, carried_);
@@ -151,10 +174,16 @@ class Run {
 
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
     const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
-                                         scene_.solver.step_cap * smallest_radius, scene_.solver.factor_precision};
-    const LoadPathSettings path{stage.n_increments, scene_.solver.max_geometry_updates,
-                                scene_.solver.geometry_tolerance, scene_.solver.min_increment,
-                                newton_settings.step_cap};
+                                         scene_.solver.step_cap * smallest_radius, scene_.solver.factor_precision,
+                                         model.contact ? scene_.contact.search_margin * smallest_radius
+                                                       : std::numeric_limits<double>::infinity()};
+    LoadPathSettings path;
+    path.n_increments = stage.n_increments;
+    path.max_geometry_updates = scene_.solver.max_geometry_updates;
+    path.geometry_tolerance = scene_.solver.geometry_tolerance;
+    path.min_increment = scene_.solver.min_increment;
+    path.prediction_cap = newton_settings.step_cap;
+    energy_before_.external_work += switching_work(model);
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
@@ -162,7 +191,7 @@ class Run {
     StageDriver driver;
     driver.log = options_.log;
     // Fibers that are still being damped are on their way, not in equilibrium.
-    driver.slack = [&](double to) { return model.proximal && (to < 1 || stage.proximal_end > 0) ? 5.0 : 1.0; };
+    driver.slack = [&](double to) { return model.proximal && (to < 1 || stage.proximal_end > 0) ? 10.0 : 1.0; };
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       const std::vector<double> forces_now = body_forces(model, accepted);
@@ -185,6 +214,7 @@ class Run {
     carried_.body_forces = body_forces(model, state);
     if (model.contact) carried_.contact_history = model.contact->history();
     if (model.crossing_order) add_history(carried_.contact_history, model.crossing_order->history(state));
+    carried_.just_separated = stage.separate_yarns;
     count_crossings(model, state, assembly_, summary_);
     if (outcome.status == StageOutcome::Status::interrupted) summary_.status = Status::interrupted;
     if (outcome.status == StageOutcome::Status::gave_up) {
@@ -202,6 +232,15 @@ class Run {
           "a larger proximal term, a larger solver.max_newton_iterations or a softer contact.penalty",
           stage.name, outcome.stage_time, outcome.reason, model.describe_dof(outcome.worst_dof));
     }
+  }
+
+  /// Stored energy that comes and goes with the effects and fiber models of a stage, before anything moves.
+  [[nodiscard]] double switching_work(StageModel& model) const {
+    for (const auto& effect : model.effects) {
+      effect->begin_step(model.start, 0);
+      effect->update(model.start, Effect::Update::everything);
+    }
+    return stored_energy(model, model.start) - energy_.stored;
   }
 
   /// Saves an accepted increment and tells the watcher; returns whether to go on.
@@ -264,7 +303,7 @@ class Run {
   Progress progress(const IncrementReport& report, const Stage& stage, std::size_t stage_index,
                     const SolverRecord& solver, Index n_contacts) const {
     double done = 0, all = 0;
-    for (std::size_t i = 0; i < scene_.stages.size(); ++i) {
+    for (std::size_t i = first_stage_; i < scene_.stages.size(); ++i) {
       const double share = scene_.stages[i].n_increments;
       all += share;
       done += i < stage_index ? share : i == stage_index ? share * report.stage_time : 0;
@@ -279,6 +318,7 @@ class Run {
   Assembly assembly_;
   SideGauge gauge_;
   Carried carried_;
+  std::size_t first_stage_ = 0;
   SimulationSummary summary_;
   std::unique_ptr<SnapshotWriter> writer_;
   EnergyRecord energy_, energy_before_;  // natural units; dissipation of finished stages
@@ -303,13 +343,23 @@ ModelSize model_size(const Scene& scene) {
       n_dofs += models[f] == FiberModel::enriched ? 9 * assembly.mesh.n_nodes(f) : 6 * (assembly.mesh.n_elements(f) + 1);
     size.n_dofs_per_stage.push_back(n_dofs);
     size.n_dofs = std::max(size.n_dofs, n_dofs);
-    // Measured on woven patches of 7,000 to 108,000 dofs: 10 to 18 n² flops and 2.8 to 3.8 n^1.5 factor entries, about 100 matrix
-    // entries a dof, some eight Newton iterations an increment; 4·10¹⁰ flops a second on two cores.
+    // Measured on woven patches of 7,000 to 320,000 dofs: 10 to 29 n² flops and 3 to 4 n^1.5 factor entries, about 100 to 190 matrix
+    // entries a dof, some six factorisations an increment; 1.8·10¹¹ flops a second on two cores in single precision.
+    const bool single = scene.solver.factor_precision == FactorPrecision::single_precision;
     const auto n = static_cast<double>(n_dofs);
-    size.estimated_seconds += stage.n_increments * 8 * (15 * n * n / 4e10 + 1e-5 * n);
-    size.estimated_bytes = std::max(size.estimated_bytes, 1e8 + 8 * 1.3 * 3.2 * std::pow(n, 1.5) + 12 * 1.5 * 100 * n);
+    const double seconds_per_factor = 20 * n * n / (single ? 1.8e11 : 0.9e11);
+    size.estimated_seconds += stage.n_increments * 6 * (seconds_per_factor + 1e-5 * n);
+    const double factor_bytes = (single ? 4 : 8) * 1.2 * 3.7 * std::pow(n, 1.5), matrix_bytes = 10 * 150 * n;
+    size.estimated_bytes = std::max(size.estimated_bytes, 1e8 + factor_bytes + matrix_bytes);
   }
   return size;
+}
+
+void check_start(const Scene& scene, const SimulateOptions& options) {
+  if (options.start_from.empty()) return;
+  const Scales scales = natural_scales(scene);
+  const Scene natural = nondimensional(scene, scales);
+  (void)restart_after(options.after, SnapshotReader(options.start_from), natural, assemble_scene(natural), scales);
 }
 
 SimulationSummary simulate(const Scene& scene, const SimulateOptions& options) {

@@ -38,6 +38,8 @@ struct Progress {
 
 struct SimulateOptions {
   std::filesystem::path states;                       ///< state file to write
+  std::filesystem::path start_from;                   ///< states of another run to start from; empty: the scene's start
+  std::string after;                                  ///< stage of that run at whose end to start
   int n_threads = 0;                                  ///< 0: all cores
   std::function<void(const Progress&)> on_increment;  ///< may be empty
   std::function<void(const std::string&)> log;        ///< Newton residuals line by line (-v); may be empty
@@ -68,6 +70,9 @@ struct SimulationSummary {
   std::vector<CurvePoint> curve;
   Timers timers;
 };
+
+/// Throws InputError where the run cannot start from what the options name; touches nothing.
+void check_start(const Scene& scene, const SimulateOptions& options);
 
 /// Runs `scene` and writes its states. A solver that gives up is reported in `status`, with the last good state saved.
 /// Throws InputError where the scene and the options cannot be run.

@@ -42,6 +42,11 @@ std::optional<Options> parse_command_line(int argc, const char* const* argv, con
   app.add_flag("--overwrite", options.overwrite, "Replace the files of an earlier run in that folder");
   app.add_option("--threads", options.n_threads, "Threads [all cores]")->check(CLI::Range(1, 1024));
   app.add_option("--alpha", options.alpha, "Weft strain over warp strain in the last stage, instead of the scene's");
+  auto* start_from = app.add_option("--start-from", options.start_from,
+                                    "State file of another run of these fibers: begin where its stage --after ended");
+  auto* after = app.add_option("--after", options.after, "Stage of that run; the scene's stages after it are simulated");
+  start_from->needs(after)->check(CLI::ExistingFile);
+  after->needs(start_from);
   app.add_flag("--check", options.check, "Check the scene, say what would be simulated, and stop");
   auto* print_schema = app.add_flag("--print-schema", options.print_schema, "Print every key of a scene, and stop");
   app.add_flag("-v,--verbose", options.verbose, "Print the residual of every Newton iteration");

@@ -14,6 +14,8 @@ struct Options {
   bool overwrite = false, check = false, print_schema = false, verbose = false;
   int n_threads = 0;            ///< 0: all cores
   std::optional<double> alpha;  ///< weft strain over warp strain
+  std::string start_from;       ///< state file of another run; empty: the scene's own start
+  std::string after;            ///< stage at whose end to start
 };
 
 /// Reads the command line; nothing where it asked for help or the version, which are then printed. Throws InputError.

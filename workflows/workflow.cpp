@@ -26,9 +26,8 @@ micro::Scene load_scene(const Options& options) {
   return options.alpha ? with_weft_ratio(std::move(scene), *options.alpha) : scene;
 }
 
-micro::SimulationSummary simulate(const micro::Scene& scene, const Options& options, const OutputDirectory& out,
-                                  Terminal& terminal) {
-  micro::SimulateOptions run;
+micro::SimulationSummary simulate(const micro::Scene& scene, const Options& options, micro::SimulateOptions run,
+                                  const OutputDirectory& out, Terminal& terminal) {
   run.states = out.states();
   run.n_threads = options.n_threads;
   run.stop = &stop_on_signals();
@@ -84,9 +83,23 @@ void write_curves(const OutputDirectory& out, const micro::Scene& scene, const m
     terminal.line("No picture of the curves: gnuplot is not installed, or failed on curves.gp.");
 }
 
+/// Where to start from; checked before an earlier run is overwritten.
+micro::SimulateOptions start_of(const micro::Scene& scene, const Options& options, const std::filesystem::path& folder) {
+  micro::SimulateOptions run;
+  run.start_from = options.start_from;
+  run.after = options.after;
+  std::error_code none;
+  if (std::filesystem::equivalent(run.start_from, folder / "states.h5", none))
+    throw InputError(fmt::format("--start-from {}: the results would be written over it; choose another --out", options.start_from));
+  micro::check_start(scene, run);
+  return run;
+}
+
 int run_scene(const micro::Scene& scene, const Options& options, const Program& program, Terminal& terminal) {
-  const OutputDirectory out(options.out.value_or(default_output(scene.name, options.alpha)), options.overwrite);
-  micro::SimulationSummary summary = simulate(scene, options, out, terminal);
+  const std::filesystem::path folder = options.out.value_or(default_output(scene.name, options.alpha));
+  const micro::SimulateOptions start = start_of(scene, options, folder);
+  const OutputDirectory out(folder, options.overwrite);
+  micro::SimulationSummary summary = simulate(scene, options, start, out, terminal);
   tell_outcome(terminal, summary);
   nlohmann::json derived = nlohmann::json::object();
   write_summary(out, scene, options, summary, derived);  // stays if something below fails

@@ -16,18 +16,36 @@ double Contact::regularisation(const ContactElement& e) const {
   return law_.regularisation * mean_radius(e.fiber_a, e.fiber_b);
 }
 
-void Contact::begin_step(const State& start, double) { start_ = start; }
+void Contact::begin_step(const State& start, double stage_time) {
+  constexpr double faded_at = 0.75;
+  start_ = start;
+  fading_ = std::max(0.0, 1 - stage_time / faded_at);
+}
 
-/// The history entry of the same two fibers nearest in arc length, within one sample length.
+void Contact::forgive(const State& start) {
+  begin_step(start, 0);
+  update(start, Update::everything);
+  history_.clear();
+  for (const ContactElement& e : elements_) {
+    const double penetration = std::max(0.0, -e.gap(field_.layout(), start));
+    history_.push_back({e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, e.traction_start, e.penalty_scale, penetration > 0, penetration});
+  }
+  fading_n_ = 1;
+  note_loaded_particles();
+}
+
+/// The history entry of the same two fibers nearest in arc length, within one sample length; a crossing keeps its identity
+/// where it slides farther.
 const ContactHistory* Contact::find_history(const Proximity& p) const {
+  const double reach = (p.crossing ? 4 : 1) * p.length;
   const auto key = std::make_pair(p.fiber_a, p.fiber_b);
-  auto h = std::lower_bound(history_.begin(), history_.end(), std::make_tuple(p.fiber_a, p.fiber_b, p.s_a - p.length),
+  auto h = std::lower_bound(history_.begin(), history_.end(), std::make_tuple(p.fiber_a, p.fiber_b, p.s_a - reach),
                             [](const ContactHistory& c, const auto& k) {
                               return std::make_tuple(c.fiber_a, c.fiber_b, c.s_a) < k;
                             });
   const ContactHistory* best = nullptr;
-  double best_distance = p.length;
-  for (; h != history_.end() && std::make_pair(h->fiber_a, h->fiber_b) == key && h->s_a <= p.s_a + p.length; ++h) {
+  double best_distance = reach;
+  for (; h != history_.end() && std::make_pair(h->fiber_a, h->fiber_b) == key && h->s_a <= p.s_a + reach; ++h) {
     const double distance = 0.5 * (std::abs(h->s_a - p.s_a) + std::abs(h->s_b - p.s_b));
     if (distance < best_distance) {
       best_distance = distance;
@@ -39,6 +57,7 @@ const ContactHistory* Contact::find_history(const Proximity& p) const {
 
 void Contact::set_history(std::vector<ContactHistory> history) {
   history_ = std::move(history);
+  for (ContactHistory& h : history_) h.allowance = 0;  // it was for the stage that is over
   note_loaded_particles();
 }
 
@@ -98,6 +117,8 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
     }
     return field_.particle(fiber, s, xi);
   };
+  if (known) e.allowance = known->allowance;
+  e.offset -= fading_ * e.allowance;
   e.a = particle(p.fiber_a, p.s_a, e.normal);
   e.b = particle(p.fiber_b, p.s_b, -e.normal);
   e.penalty_scale = known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1;
@@ -164,21 +185,21 @@ double Contact::max_penetration_over_radius(const State& state) const {
 }
 
 void Contact::commit(const State& state) {
+  double allowance_force = 0;
   for (const ContactElement& e : elements_) {
-    const Vec3 x = e.relative_position(field_.layout(), state);
-    const Friction f = friction(e, x);
-    // Work of friction less the change of the reversible part.
-    if (f.slides)
-      dissipated_ += f.force.dot(e.tangential(x - e.x_start)) -
-                     0.5 * (f.force.squaredNorm() - e.traction_start.squaredNorm()) / e.tangential_stiffness;
+    dissipated_ += friction(e, e.relative_position(field_.layout(), state)).dissipated;
+    allowance_force += e.allowance * penalty_force(e.gap(field_.layout(), state), e.penalty, regularisation(e));
   }
+  adaptation_work_ += 0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
+  allowance_force_n_ = allowance_force;
+  fading_n_ = fading_;
   if (law_.adapt_penalty) adapt_penalties(state);
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     const ContactElement& e = elements_[i];
     const Vec3 traction = friction(e, e.relative_position(field_.layout(), state)).force;
     const bool touches = e.gap(field_.layout(), state) < 0;
-    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale, touches};
+    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale, touches, e.allowance};
   }
   note_loaded_particles();
 }

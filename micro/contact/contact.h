@@ -42,10 +42,15 @@ class Contact final : public Effect {
   /// also holds the work of slip in the step.)
   [[nodiscard]] double stored_energy(const State& state) const;
   [[nodiscard]] double dissipated() const { return dissipated_; }
-  /// Work that came in where penalties were raised under pressure, less what went out where they were lowered.
+  /// Work that came in where penalties were raised under pressure, less what went out where they were lowered, and that of fading
+  /// allowances.
   [[nodiscard]] double adaptation_work() const { return adaptation_work_; }
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
   void set_history(std::vector<ContactHistory> history);
+  /// Forgives the penetrations of `start`: the gap of each pair is measured from there, and the allowance fades linearly until
+  /// stage time 0.75. For yarns that were just parted with vertical normals: where they are inclined, R_a + R_b of height is
+  /// less of distance, and pushing all that out at once throws fibers out of their yarns.
+  void forgive(const State& start);
 
  private:
   [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state,
@@ -60,6 +65,8 @@ class Contact final : public Effect {
   ContactLaw law_;
   std::vector<double> modulus_;
   State start_;
+  double fading_ = 0;  // part of the allowances that is still granted
+  double fading_n_ = 0, allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
   std::vector<ContactElement> elements_;
   std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_
   struct LoadedParticle {

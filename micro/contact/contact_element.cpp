@@ -18,6 +18,7 @@ Friction friction(const ContactElement& element, const Vec3& relative_position) 
     f.force = element.slip_limit * f.direction;
     f.stiffness_across = k * element.slip_limit / size;
     f.energy = element.slip_limit * (size - 0.5 * element.slip_limit) / k;
+    f.dissipated = element.slip_limit * (size - element.slip_limit) / k;
   }
   return f;
 }

@@ -45,6 +45,7 @@ struct ContactHistory {
   Vec3 traction = Vec3::Zero();    ///< Friction::force; −traction acts on b
   double penalty_scale = 1;
   bool touches = false;
+  double allowance = 0;            ///< penetration that is forgiven at the stage's start, length; see Contact::forgive
 };
 
 /// A pair of particles that may touch. While n and the arc lengths are frozen, the gap is
@@ -63,6 +64,7 @@ struct ContactElement {
   double length = 0;                  ///< length of fiber that the element stands for
   double penalty = 0;                 ///< k, force over length
   double penalty_scale = 1;           ///< adapted factor that `penalty` includes
+  double allowance = 0;               ///< see ContactHistory; `offset` includes what is still granted of it
   // Friction; all zero where there is none.
   Vec3 x_start = Vec3::Zero();        ///< x_b − x_a of the particles at the start of the step
   Vec3 traction_start = Vec3::Zero(); ///< Friction::force at the start of the step, tangential; −traction_start acts on b
@@ -93,6 +95,7 @@ struct Friction {
   Vec3 direction = Vec3::Zero();
   double stiffness_along = 0, stiffness_across = 0;  ///< along the trial force, and across it in the tangent plane
   double energy = 0;        ///< incremental potential: ½|t|²/k and, where it slides, the slip work of the step
+  double dissipated = 0;    ///< limit · irreversible slip of the step
   bool slides = false;
 };
 [[nodiscard]] Friction friction(const ContactElement& element, const Vec3& relative_position);

@@ -1,5 +1,7 @@
 #include "micro/fiber/fiber_field.h"
 
+#include <utility>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 
@@ -90,12 +92,13 @@ void FiberField::read_configuration(const FiberConfiguration& configuration, Sta
 
 namespace {
 
-/// The section vectors (g1, g2) turned by the smallest rotation that takes direction `from` to direction `to`.
-void carry_section(const Vec3& from, const Vec3& to, const Vec3& g1, Vec3& g1_new, Vec3& g2_new) {
+/// Turns section vectors by the smallest rotation that takes direction `from` to direction `to`. What the ends of a rod are tied to
+/// keeps its tangent there, and so its sections: carried along the fiber instead, they would come out turned at the other end.
+void carry_section(const Vec3& from, const Vec3& to, Vec3& g1, Vec3& g2) {
   const Vec3 t = to.normalized();
-  Vec3 g = Eigen::Quaterniond::FromTwoVectors(from, to) * g1;
-  g1_new = (g - g.dot(t) * t).normalized();
-  g2_new = t.cross(g1_new);
+  const Vec3 g = Eigen::Quaterniond::FromTwoVectors(from, to) * g1;
+  g1 = (g - g.dot(t) * t).normalized();
+  g2 = t.cross(g1);
 }
 
 }  // namespace
@@ -106,16 +109,14 @@ void FiberField::write_configuration(const State& state, FiberConfiguration& con
     const Index first = mesh_->first_node[f];
     for (Index i = first; i < mesh_->first_node[f + 1]; ++i) {
       const auto [r, tangent] = curve(state, f, mesh_->arc_length[i]);
-      const Vec3 tangent_before = i == first ? configuration.tangent[i] : configuration.tangent[i - 1];
+      const Vec3 tangent_before = std::exchange(configuration.tangent[i], tangent);
       configuration.r[i] = r;
-      configuration.tangent[i] = tangent;
       if (models_[f] == FiberModel::enriched) {
         const Vec3* q = state.q.data() + layout_->first_vector(first_system_node_[f] + i - first);
         configuration.g1[i] = q[1];
         configuration.g2[i] = q[2];
       } else {
-        const Vec3 g1_before = i == first ? configuration.g1[i] : configuration.g1[i - 1];
-        carry_section(tangent_before, tangent, g1_before, configuration.g1[i], configuration.g2[i]);
+        carry_section(tangent_before, tangent, configuration.g1[i], configuration.g2[i]);
       }
     }
   }

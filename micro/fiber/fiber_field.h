@@ -55,8 +55,8 @@ class FiberField {
   /// The particle (s, ξ) as a linear form; ξ is ignored for rods.
   [[nodiscard]] FiberPoint particle(Index fiber, double s, const Vec2& xi) const;
 
-  /// Unknowns of a configuration, and back. The latter fills every node of the mesh; sections of rods are carried along the
-  /// curve without twist from the one that `configuration` holds at the fiber's start, turned with the tangent there.
+  /// Unknowns of a configuration, and back. The latter fills every node of the mesh; sections of rods are those
+  /// that `configuration` holds, turned at each node with the tangent.
   void read_configuration(const FiberConfiguration& configuration, State& state) const;
   void write_configuration(const State& state, FiberConfiguration& configuration) const;
 

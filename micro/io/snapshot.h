@@ -23,6 +23,7 @@ struct ContactRecord {
   std::vector<Vec3> friction_force;  ///< N, on b
   std::vector<Vec3> slip;            ///< slip since the start of the increment, m
   std::vector<double> penalty;       ///< N/m
+  std::vector<double> length;        ///< of fiber that the element stands for, m
 };
 
 struct BodyRecord {

@@ -8,7 +8,7 @@
 namespace trame::micro::layout {
 
 inline constexpr const char* name = "trame-states";
-inline constexpr Index version = 1;
+inline constexpr Index version = 2;
 inline constexpr std::size_t max_stage_bytes = 128;
 
 /// Walks the fields of every node. `visit.fixed(path, unit, field, rows)`: one value per node or body.
@@ -42,7 +42,8 @@ void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.ragged("contacts/normal_force", "N", contacts.normal_force, true);
   visit.ragged("contacts/friction_force", "N", contacts.friction_force, true);
   visit.ragged("contacts/slip", "m", contacts.slip, true);
-  visit.ragged("contacts/penalty", "N/m", contacts.penalty, true);
+  visit.ragged("contacts/penalty", "N/m", contacts.penalty, false);
+  visit.ragged("contacts/length", "m", contacts.length, false);
 }
 
 /// `visit.scalar(path, unit, field)`: one value per increment.

@@ -22,6 +22,7 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
                       const StageDriver& driver, Timers& timers, PrescribedMotion motion, double slack, State& state,
                       IncrementReport& report) {
   Index worst_dof = 0;
+  int n_detours = 0;  // detections because of long motions, which settle nothing
   for (int update = 0; update <= settings.max_geometry_updates; ++update) {
     {
       const auto guard = timers.measure(Phase::detection);
@@ -43,6 +44,11 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
     const NewtonOutcome outcome = newton.solve(effects, motion, slack, state, driver.log);
     report.n_newton_iterations += outcome.n_iterations;
     report.n_factorizations += outcome.n_factorizations;
+    if (outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) {
+      for (double& m : motion.motion) m *= outcome.remaining;
+      update = -1;
+      continue;
+    }
     if (!outcome.converged())
       return {false, fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
               outcome.worst_dof};

@@ -12,6 +12,7 @@ namespace trame::micro {
 struct LoadPathSettings {
   int n_increments = 10;             ///< wanted
   int max_geometry_updates = 6;
+  int max_detours = 60;              ///< detections in an increment on the way, where fibers move far
   double geometry_tolerance = 1e-3;  ///< relative residual after the contact geometry has been updated
   double min_increment = 1e-4;       ///< of stage time
   double prediction_cap = 0.5;       ///< largest motion of a first guess, in the unit of length

@@ -11,6 +11,7 @@ namespace trame::micro {
 std::string_view describe(NewtonOutcome::Status status) {
   switch (status) {
     case NewtonOutcome::Status::converged: return "converged";
+    case NewtonOutcome::Status::travelled: return "motion up to the limit between two contact detections";
     case NewtonOutcome::Status::too_many_iterations: return "no convergence within the allowed iterations";
     case NewtonOutcome::Status::not_a_number: return "a force became infinite or not a number";
     case NewtonOutcome::Status::not_positive_definite: return "the tangent is singular";
@@ -172,12 +173,23 @@ double NewtonSolver::line_search(const Effects& effects, const State& state, dou
   return low > 0 ? low : alpha;
 }
 
+namespace {
+
+double largest_change(const State& from, const State& to) {
+  double largest = 0;
+  for (std::size_t v = 0; v < to.q.size(); ++v) largest = std::max(largest, (to.q[v] - from.q[v]).squaredNorm());
+  return std::sqrt(largest);
+}
+
+}  // namespace
+
 NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
                                   const std::function<void(const std::string&)>& log) {
   NewtonOutcome outcome;
   double remaining = 1;  // part of the prescribed motion still to be made
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
   projected_ = false;
+  const State start = state;
   bool near = false;  // the last step was taken whole
 
   for (;; ++outcome.n_iterations) {
@@ -215,6 +227,13 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     std::swap(state, trial_);
     remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);
     if (remaining < 1e-12) remaining = 0;
+    // A capped step may be as long as the cap of the travel: round-off shall not decide.
+    if (largest_change(start, state) > 1.01 * settings_.travel_cap) {
+      ++outcome.n_iterations;
+      outcome.remaining = remaining;
+      outcome.status = NewtonOutcome::Status::travelled;
+      return outcome;
+    }
   }
 }
 

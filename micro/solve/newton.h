@@ -3,6 +3,7 @@
 /// Newton's method for the equilibrium of a set of effects, contact particles and normals frozen.
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -22,15 +23,18 @@ struct NewtonSettings {
   int max_iterations = 40;
   double step_cap = 0.5;          ///< largest change of any vector in one iteration, in the unit of length
   FactorPrecision precision = FactorPrecision::double_precision;
+  /// Largest change of any vector before contact is looked for again, in the unit of length.
+  double travel_cap = std::numeric_limits<double>::infinity();
 };
 
 struct NewtonOutcome {
-  enum class Status : std::uint8_t { converged, too_many_iterations, not_a_number, not_positive_definite };
+  enum class Status : std::uint8_t { converged, travelled, too_many_iterations, not_a_number, not_positive_definite };
   Status status = Status::converged;
   int n_iterations = 0;
   int n_factorizations = 0;
   int n_linear_iterations = 0;  ///< of conjugate gradients
   double residual = 0;        ///< relative, at the end
+  double remaining = 0;       ///< part of the prescribed motion still to be made, where it travelled
   Index worst_dof = 0;        ///< where the residual is largest
   [[nodiscard]] bool converged() const { return status == Status::converged; }
 };
@@ -58,7 +62,7 @@ class NewtonSolver {
   bool announce(const Effects& effects);
 
   /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`, to `slack`
-  /// times the tolerance of the settings. `log` (may be empty) gets a line per iteration.
+  /// times the tolerance of the settings, or stops at the travel cap. `log` (may be empty) gets a line per iteration.
   NewtonOutcome solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
                       const std::function<void(const std::string&)>& log);
 

@@ -64,6 +64,7 @@ Increment sample_increment(Index i, Index n_contacts) {
     increment.contacts.friction_force.emplace_back(x, 0, -x);
     increment.contacts.slip.emplace_back(0, x, 0.25);
     increment.contacts.penalty.push_back(8 * x);
+    increment.contacts.length.push_back(9 * x);
   }
   Mat3 rotation;
   rotation << 1, 2, 3, 4, 5, 6, 7, 8, 9 + i;
@@ -111,6 +112,7 @@ void expect_equal(const Increment& a, const Increment& b) {
   EXPECT_EQ(a.contacts.friction_force, b.contacts.friction_force);
   EXPECT_EQ(a.contacts.slip, b.contacts.slip);
   EXPECT_EQ(a.contacts.penalty, b.contacts.penalty);
+  EXPECT_EQ(a.contacts.length, b.contacts.length);
   EXPECT_EQ(a.bodies.position, b.bodies.position);
   EXPECT_EQ(a.bodies.rotation, b.bodies.rotation);
   EXPECT_EQ(a.bodies.force, b.bodies.force);
@@ -428,11 +430,11 @@ TEST_F(HostileFile, ForeignHdf5) {
 TEST_F(HostileFile, OtherLayoutVersion) {
   change([&](hid_t file) {
     const hid_t attribute = H5Aopen(file, "layout_version", H5P_DEFAULT);
-    const int next = 2;
+    const int next = 3;
     H5Awrite(attribute, H5T_NATIVE_INT, &next);
     H5Aclose(attribute);
   });
-  expect_complaint("layout_version 2; this program reads version 1 only");
+  expect_complaint("layout_version 3; this program reads version 2 only");
 }
 
 TEST_F(HostileFile, MissingDatasets) {

@@ -171,6 +171,56 @@ TEST_F(FullRun, CurvesFollowTheLoadPathToTwoPercent) {
   EXPECT_GT(last.warp_force, 0);
 }
 
+/// The energy that friction, damping and the fibers hold is what came in, within 5 % of the work of weaving and pulling. (The
+/// rest is the refreezing of contact geometry.)
+TEST_F(FullRun, EnergyBalanceCloses) {
+  const nlohmann::json energy = summary().at("energy");
+  EXPECT_LT(std::abs(energy.at("imbalance").get<double>()), 0.05 * energy.at("external_work").get<double>());
+}
+
+TEST_F(FullRun, AnotherRunStartsWhereAStageEndedAndGivesTheSameForces) {
+  const std::string states = (out() / "states.h5").string();
+  const Outcome again = run(folder_->path(), {TRAME_SIMULATE_FIBERS, "plain_small", "--start-from", states, "--after", "settle",
+                                              "--out", "again"});
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  std::vector<CurveRow> load;
+  for (const CurveRow& row : read_curves(out() / "curves.csv"))
+    if (row.stage == "load") load.push_back(row);
+  const std::vector<CurveRow> rows = read_curves(*folder_ / "again/curves.csv");
+  ASSERT_EQ(rows.size(), load.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_NEAR(rows[i].warp_strain, load[i].warp_strain, 1e-8);
+    // Contact geometry is that of the saved state from the start, so forces agree to the tolerance of an increment only.
+    EXPECT_NEAR(rows[i].warp_force, load[i].warp_force, 5e-3 * load.back().warp_force) << i;
+    EXPECT_NEAR(rows[i].weft_force, load[i].weft_force, 5e-3 * load.back().weft_force) << i;
+  }
+}
+
+TEST_F(FullRun, StartsFromNothingElseThanAFinishedStageOfTheSameFibers) {
+  const std::string states = (out() / "states.h5").string();
+  const auto refusal = [&](const std::vector<std::string>& arguments) {
+    std::vector<std::string> command = {TRAME_SIMULATE_FIBERS};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    const Outcome outcome = run(folder_->path(), command);
+    EXPECT_EQ(outcome.exit_code, 2);
+    return outcome.err;
+  };
+  const auto names = [](const std::string& message, const char* text) { return message.find(text) != std::string::npos; };
+  const std::string no_stage = refusal({"plain_small", "--start-from", states, "--after", "knit", "--out", "b"});
+  EXPECT_TRUE(names(no_stage, "--after knit") && names(no_stage, "separate, relax, settle")) << no_stage;
+  const std::string last = refusal({"plain_small", "--start-from", states, "--after", "load", "--out", "b"});
+  EXPECT_TRUE(names(last, "--after load")) << last;
+  const std::string other = refusal({"twill_small", "--start-from", states, "--after", "settle", "--out", "b"});
+  EXPECT_TRUE(names(other, "another scene") && names(other, "numbers of fibers")) << other;
+  const std::string itself =
+      refusal({"plain_small", "--start-from", states, "--after", "settle", "--out", out().string(), "--overwrite"});
+  EXPECT_TRUE(names(itself, "written over")) << itself;
+  const std::string half = refusal({"plain_small", "--start-from", states, "--out", "b"});
+  EXPECT_TRUE(names(half, "--after")) << half;
+  EXPECT_FALSE(fs::exists(*folder_ / "b"));
+  EXPECT_TRUE(fs::exists(states));
+}
+
 TEST_F(FullRun, PictureOfTheCurvesIsThereWhereGnuplotIs) {
   EXPECT_NE(read_text(out() / "curves.gp").find("curves.svg"), std::string::npos);
   if (run(folder_->path(), {"gnuplot", "--version"}).exit_code != 0) GTEST_SKIP() << "gnuplot is not installed";

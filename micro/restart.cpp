@@ -1,0 +1,100 @@
+#include "micro/restart.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "micro/core/error.h"
+
+namespace trame::micro {
+
+namespace {
+
+/// Increment with which the stage ends; throws where there is none.
+Index end_of_stage(const SnapshotReader& states, const std::string& stage) {
+  std::string finished;
+  for (Index i = states.n_increments() - 1; i > 0; --i) {
+    const Increment increment = states.read(i);
+    if (increment.stage_time < 1) continue;
+    if (increment.stage == stage) return i;
+    finished += (finished.empty() ? "" : ", ") + increment.stage;
+  }
+  throw InputError(fmt::format("--after {}: the states to start from have not finished a stage of that name; finished: {}", stage,
+                               finished.empty() ? "none" : finished));
+}
+
+/// Equal up to the round-off of unit conversions.
+bool equal(const std::vector<double>& a, const std::vector<double>& b, double unit) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](double x, double y) { return std::abs(x - y * unit) <= 1e-9 * std::abs(x); });
+}
+
+void require_same_fibers(const SnapshotHeader& header, const Assembly& assembly, const Scales& scales) {
+  const FiberMesh &theirs = header.mesh, &ours = assembly.mesh;
+  const auto require = [](bool same, const char* what) {
+    if (!same)
+      throw InputError(fmt::format("--start-from: the states are of another scene: {} differ; only stages may differ", what));
+  };
+  require(theirs.first_node == ours.first_node, "numbers of fibers or elements");
+  require(equal(theirs.radius, ours.radius, scales.length), "radii of fibers");
+  require(equal(theirs.arc_length, ours.arc_length, scales.length), "lengths of fibers");
+  require(equal(theirs.axial_stiffness, ours.axial_stiffness, scales.force()), "axial stiffnesses of fibers");
+  require(header.body_names == assembly.body_names, "rigid bodies");
+}
+
+std::vector<ContactHistory> contact_history(const ContactRecord& record, const Scene& scene, const Assembly& assembly,
+                                            const Scales& scales) {
+  const std::vector<Material> materials = fiber_materials(scene, assembly);
+  std::vector<ContactHistory> history(record.gap.size());
+  for (std::size_t i = 0; i < history.size(); ++i) {
+    ContactHistory& h = history[i];
+    h.fiber_a = record.fiber_a[i];
+    h.fiber_b = record.fiber_b[i];
+    h.s_a = record.s_a[i] / scales.length;
+    h.s_b = record.s_b[i] / scales.length;
+    h.normal = record.normal[i].normalized();
+    h.traction = -record.friction_force[i] / scales.force();
+    const double starting_penalty =
+        scene.contact.penalty * record.length[i] / scales.length *
+        std::min(materials[h.fiber_a].young_modulus_transverse, materials[h.fiber_b].young_modulus_transverse);
+    h.penalty_scale = record.penalty[i] / (scales.force() / scales.length) / starting_penalty;
+    h.touches = record.gap[i] < 0;
+  }
+  return history;
+}
+
+Carried carry(const Increment& state, const Scene& scene, const Assembly& assembly, const Scales& scales) {
+  Carried carried;
+  carried.configuration = state.fibers;
+  for (Vec3& r : carried.configuration.r) r /= scales.length;
+  for (std::size_t b = 0; b < state.bodies.position.size(); ++b) {
+    carried.poses.push_back({state.bodies.position[b] / scales.length, state.bodies.rotation[b]});
+    const Vec3 force = state.bodies.force[b] / scales.force(), moment = state.bodies.moment[b] / scales.energy();
+    for (const Vec3& v : {force, moment}) carried.body_forces.insert(carried.body_forces.end(), v.data(), v.data() + 3);
+  }
+  carried.contact_history = contact_history(state.contacts, scene, assembly, scales);
+  return carried;
+}
+
+}  // namespace
+
+Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene, const Assembly& assembly,
+                      const Scales& scales) {
+  const auto stage = std::find_if(scene.stages.begin(), scene.stages.end(), [&](const Stage& s) { return s.name == after; });
+  if (stage == scene.stages.end() || stage + 1 == scene.stages.end()) {
+    std::string names;
+    for (std::size_t i = 0; i + 1 < scene.stages.size(); ++i) names += (i > 0 ? ", " : "") + scene.stages[i].name;
+    throw InputError(fmt::format("--after {}: must be a stage of {} that another one follows: {}", after, scene.name,
+                                 names.empty() ? "it has none" : names));
+  }
+  require_same_fibers(states.header(), assembly, scales);
+  Restart restart;
+  restart.next_stage = static_cast<std::size_t>(stage - scene.stages.begin()) + 1;
+  restart.reference = states.read(0);
+  restart.state = states.read(end_of_stage(states, after));
+  restart.carried = carry(restart.state, scene, assembly, scales);
+  restart.carried.just_separated = stage->separate_yarns;
+  return restart;
+}
+
+}  // namespace trame::micro
