@@ -1,0 +1,29 @@
+#pragma once
+/// \file
+/// Convex outlines of sections: hull, extents, and whether a lens or an ellipse describes them better.
+
+#include <vector>
+
+#include "micro/core/types.h"
+
+namespace trame::meso {
+
+/// Corners of the convex hull, counter-clockwise; fewer than three where all points are on a line.
+[[nodiscard]] std::vector<Vec2> convex_hull(std::vector<Vec2> points);
+
+/// Measures of a convex outline. A lens is two circular arcs of equal radius that meet at the ends of the longer one of
+/// width and thickness. Lens and ellipse are given the outline's width and thickness; residuals compare heights h(x),
+/// top to bottom: √(∫(h − h_fit)² dx / ∫h² dx). All NaN where there is no outline.
+struct OutlineShape {
+  double area = 0;               ///< m²
+  double width = 0, height = 0;  ///< horizontal and vertical extent, m
+  double thickness = 0;          ///< largest h(x): less than the height where the outline leans, m
+  double lens_residual = 0, ellipse_residual = 0;
+
+  [[nodiscard]] bool lenticular() const { return lens_residual < ellipse_residual; }
+};
+
+/// `outline`: corners (horizontal, vertical) of a convex polygon in order, m.
+[[nodiscard]] OutlineShape outline_shape(const std::vector<Vec2>& outline);
+
+}  // namespace trame::meso
