@@ -72,6 +72,21 @@ YarnStrain summarise(Index increment, const YarnMesh& mesh, const StrainField& f
           .det_F = statistics(mesh, field, [&](std::size_t t) { return field.det_F[t]; })};
 }
 
+/// What the unrolling of a yarn divides by. A run always has it; a damaged or foreign file may not. Throws InputError.
+void check_yarn(const FiberStates& states, const micro::Yarn& yarn, const std::vector<Vec3>& reference) {
+  const micro::FiberMesh& fibers = states.header().mesh;
+  for (Index f = yarn.first_fiber; f < yarn.first_fiber + yarn.n_fibers; ++f)
+    for (Index n = fibers.first_node[f] + 1; n < fibers.first_node[f + 1]; ++n)
+      if (!(std::isfinite(fibers.arc_length[n]) && fibers.arc_length[n] > fibers.arc_length[n - 1]))
+        throw InputError(fmt::format("{}: yarn {}: the arc length of fiber {} does not grow from node to node",
+                                     states.name(), yarn.name, f));
+  if (yarn.n_fibers < 3) return;
+  for (const Vec3& x : section_coordinates(fibers, yarn, reference).unrolled)
+    if (!x.allFinite())
+      throw InputError(
+          fmt::format("{}: yarn {}: its fibers lie in one another in the reference state", states.name(), yarn.name));
+}
+
 /// A yarn's mesh with its deformation gradients in state A.
 struct YarnInStateA {
   std::optional<DeformationGradient> gradient;
@@ -102,16 +117,17 @@ Index Analysis::n_tets() const {
                          [](Index n, const YarnMesh& mesh) { return n + static_cast<Index>(mesh.tets.size()); });
 }
 
-Analysis analyse(const micro::SnapshotReader& states, const AnalyseOptions& options) {
+Analysis analyse(const FiberStates& states, const AnalyseOptions& options) {
   const micro::FiberMesh& fibers = states.header().mesh;
   const std::vector<Index> yarns = choose_yarns(fibers.yarns, options.yarns);
-  const std::vector<Vec3> reference = states.read_fibers(0).r;
-  const micro::FiberConfiguration state_a = states.read_fibers(options.from);
+  const std::vector<Vec3> reference = states.read(0).fibers.r;
+  const micro::FiberConfiguration state_a = states.read(options.from).fibers;
 
   Analysis analysis;
   analysis.meshes.resize(yarns.size());
   std::vector<YarnInStateA> in_a(yarns.size());
   parallel_for(yarns.size(), options.n_threads, [&](std::size_t y) {
+    check_yarn(states, fibers.yarns[yarns[y]], reference);
     analysis.meshes[y] = mesh_yarn(fibers, yarns[y], reference, options.mesh);
     if (analysis.meshes[y].status != MeshStatus::ok) return;
     in_a[y].gradient.emplace(analysis.meshes[y]);

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "meso/fiber_states.h"
 #include "meso/yarn_mesh.h"
-#include "micro/io/snapshot.h"
 
 namespace trame::meso {
 
@@ -48,7 +48,13 @@ struct Analysis {
 [[nodiscard]] std::vector<Index> choose_yarns(const std::vector<micro::Yarn>& yarns,
                                               const std::vector<std::string>& patterns);
 
-/// Throws InputError for increments or yarns that the states do not have, and for a folder that cannot be written to.
-[[nodiscard]] Analysis analyse(const micro::SnapshotReader& states, const AnalyseOptions& options);
+/// Holds one state B at a time, however many there are. Throws InputError for increments or yarns that the states do
+/// not have, for a reference state that cannot be meshed, and for a folder that cannot be written to.
+[[nodiscard]] Analysis analyse(const FiberStates& states, const AnalyseOptions& options);
+
+/// The same for the states of a run.
+[[nodiscard]] inline Analysis analyse(const micro::SnapshotReader& states, const AnalyseOptions& options) {
+  return analyse(RunStates(states), options);
+}
 
 }  // namespace trame::meso

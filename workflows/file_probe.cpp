@@ -1,0 +1,45 @@
+#include "workflows/file_probe.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+
+#include "micro/core/error.h"
+
+namespace trame::workflows {
+namespace {
+
+[[noreturn]] void read_and_exit(const std::function<void()>& read, unsigned seconds) {
+  const rlimit no_core{0, 0}, time{seconds, seconds + 1};
+  setrlimit(RLIMIT_CORE, &no_core);
+  setrlimit(RLIMIT_CPU, &time);
+  for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO}) dup2(open("/dev/null", O_WRONLY), descriptor);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGXCPU}) std::signal(signal, SIG_DFL);
+  try {
+    read();
+  } catch (...) {  // told by the reading in the parent
+  }
+  _exit(0);
+}
+
+}  // namespace
+
+void probe(const std::string& name, const std::function<void()>& read, unsigned seconds) {
+  const pid_t child = fork();
+  if (child < 0) return;  // no process to be had: then without the guard
+  if (child == 0) read_and_exit(read, seconds);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFSIGNALED(status)) return;
+  if (WTERMSIG(status) == SIGXCPU)
+    throw InputError(fmt::format("{}: damaged: reading it does not end within {} s", name, seconds));
+  throw InputError(fmt::format("{}: damaged: reading it crashes (signal {})", name, WTERMSIG(status)));
+}
+
+}  // namespace trame::workflows

@@ -1,0 +1,16 @@
+#pragma once
+/// \file
+/// A guard against files that bring down what reads them.
+
+#include <functional>
+#include <string>
+
+namespace trame::workflows {
+
+/// Runs `read` in a child process: HDF5 follows damaged pointers of a file into crashes and endless loops, which no
+/// check of ours can foresee. Throws InputError that begins with `name` if the child ends by a signal or takes more
+/// than `seconds` of computing. What `read` throws or prints is for the next reading, in this process, to tell. To be
+/// called while the process has one thread.
+void probe(const std::string& name, const std::function<void()>& read, unsigned seconds = 60);
+
+}  // namespace trame::workflows
