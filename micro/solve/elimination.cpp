@@ -83,6 +83,7 @@ Elimination::Elimination(const Layout& layout, const Pattern& pattern) {
 
   row_start.assign(1, 0);
   value_start.assign(1, 0);
+  front_start.assign(1, 0);
   parent.assign(n_super, -1);
   first_descendant.resize(n_super);
   subtree_flops.resize(n_super);
@@ -99,6 +100,7 @@ Elimination::Elimination(const Layout& layout, const Pattern& pattern) {
       h += width(k);
     }
     height.push_back(h);
+    front_start.push_back(front_start.back() + h);
     row_start.push_back(rows.size());
     if (const auto all = row_positions(s); static_cast<Index>(all.size()) > n_column_positions(s))
       parent[s] = supernode_of[all[n_column_positions(s)]];

@@ -41,6 +41,7 @@ class Elimination {
   std::vector<Index> first_descendant;      ///< subtree of s = supernodes first_descendant[s] … s
   std::vector<double> subtree_flops;
   std::vector<std::size_t> value_start;     ///< of each supernode's columns (n_rows × n_columns) in the factor; one more for the end
+  std::vector<std::size_t> front_start;     ///< of each supernode's rows, all set one after the other; one more for the end
   double n_flops = 0;
 
   /// A block of the matrix below or on the diagonal in elimination order, where it stands in the pattern's values.

@@ -27,10 +27,9 @@ LinearSolver::LinearSolver(const Layout& layout, FactorPrecision precision, int 
   for (auto& v : partial_) v.resize(layout.n_dofs());
 }
 
-void LinearSolver::analyze(const Pattern& pattern) {
+void LinearSolver::set_pattern(const Pattern& pattern) {
   pattern_ = &pattern;
-  has_factor_ = false;
-  elimination_ = Elimination(layout_, pattern);
+  analyzed_ = false;
   part_start_.assign(1, 0);
   for (Index j = 0; j < pattern.n_nodes(); ++j)
     while (pattern.value_start(j) * n_parts >= pattern.n_values() * part_start_.size()) part_start_.push_back(j);
@@ -38,7 +37,15 @@ void LinearSolver::analyze(const Pattern& pattern) {
   part_start_.push_back(pattern.n_nodes());
 }
 
+void LinearSolver::analyze() {
+  if (analyzed_) return;
+  elimination_ = Elimination(layout_, *pattern_);
+  analyzed_ = true;
+  has_factor_ = false;
+}
+
 bool LinearSolver::factorize(std::span<const double> values) {
+  analyze();
   has_factor_ = precision_ == FactorPrecision::single_precision ? single_.factorize(elimination_, values, n_threads_)
                                                                 : double_.factorize(elimination_, values, n_threads_);
   return has_factor_;
@@ -54,9 +61,9 @@ bool LinearSolver::refine_precision() {
 
 void LinearSolver::precondition(std::span<const double> residual, std::span<double> z) {
   if (precision_ == FactorPrecision::single_precision)
-    single_.solve(elimination_, layout_, residual, z);
+    single_.solve(elimination_, layout_, residual, z, n_threads_);
   else
-    double_.solve(elimination_, layout_, residual, z);
+    double_.solve(elimination_, layout_, residual, z, n_threads_);
 }
 
 void LinearSolver::multiply(std::span<const double> values, std::span<const double> x, std::span<double> y) {

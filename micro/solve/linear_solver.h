@@ -15,9 +15,11 @@ class LinearSolver {
  public:
   LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads);
 
-  /// Orders and analyses a pattern, which must outlive its use here. Done once per pattern, whatever the number of factorisations.
-  void analyze(const Pattern& pattern);
-  /// Factorises the matrix with these values. Returns false where it is not positive definite in the precision of the factor.
+  /// Matrices have this pattern from now on; it must outlive its use here. The last factor stays, and may still serve.
+  void set_pattern(const Pattern& pattern);
+  /// Orders and analyses the pattern, once, whatever the number of factorisations; the last factor goes.
+  void analyze();
+  /// Analyses if need be, and factorises the matrix with these values. Returns false where it is not positive definite in the precision of the factor.
   [[nodiscard]] bool factorize(std::span<const double> values);
   /// Factorises in double precision from now on. Returns false if that was the case already.
   bool refine_precision();
@@ -29,7 +31,9 @@ class LinearSolver {
   [[nodiscard]] std::optional<int> solve(std::span<const double> values, std::span<double> b, double tolerance,
                                          int max_iterations);
 
-  [[nodiscard]] double n_factor_entries() const { return static_cast<double>(elimination_.value_start.back()); }
+  [[nodiscard]] double n_factor_entries() const {
+    return elimination_.value_start.empty() ? 0 : static_cast<double>(elimination_.value_start.back());
+  }
   [[nodiscard]] double n_factor_flops() const { return elimination_.n_flops; }
 
  private:
@@ -44,6 +48,7 @@ class LinearSolver {
   Elimination elimination_;
   SupernodalFactor<float> single_;
   SupernodalFactor<double> double_;
+  bool analyzed_ = false;  // elimination_ is that of pattern_, not of an earlier one
   bool has_factor_ = false;
   std::vector<Index> part_start_;            // node columns of each part of the product
   std::vector<std::vector<double>> partial_;  // its contribution to the product

@@ -30,14 +30,13 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
       for (const auto& effect : effects) effect->update(state, what);
     }
     if (newton.announce(effects) && driver.log)
-      driver.log(fmt::format("    new pattern: {:.3g} entries in K, {:.3g} in L, {:.3g} flops", newton.n_matrix_entries(),
-                             newton.n_factor_entries(), newton.n_factor_flops()));
+      driver.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
     if (update > 0) {
       const Residual r = newton.evaluate(effects, motion, state);
       report.residual = r.relative();
       worst_dof = r.worst_dof;
       if (driver.log) driver.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
-      if (report.residual <= slack * settings.geometry_tolerance) return {true, "", 0};
+      if (report.residual <= slack * settings.geometry_tolerance || r.norm <= newton.force_floor()) return {true, "", 0};
       if (update == settings.max_geometry_updates) break;
     }
     ++report.n_geometry_updates;
@@ -76,15 +75,18 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
   const double nominal = 1.0 / settings.n_increments;
   double time = 0, size = nominal, last_size = nominal;
   State before = state;  // the accepted state before `state`
+  int n_accepted = 0;
   IncrementReport report;
   auto clock = Timers::Clock::now();
   while (time < 1) {
     // A last increment that would be a sliver is joined to the one before.
     const double to = time + 1.01 * size >= 1 ? 1 : time + size;
     if (driver.log) driver.log(fmt::format("  stage time {:.4f} -> {:.4f}", time, to));
-    // A first guess that led to a cut is not tried again.
-    State trial = report.n_cuts == 0 ? predict(state, before, (to - time) / last_size, settings.prediction_cap) : state;
     for (const auto& effect : effects) effect->begin_step(state, to);
+    // A first guess that led to a cut is not tried again, and what happens in a stage's first increment is like no other.
+    State trial = report.n_cuts == 0 && n_accepted > 1
+                      ? predict(state, before, (to - time) / last_size, settings.prediction_cap)
+                      : state;
     const Attempt attempt =
         try_increment(newton, effects, settings, driver, timers, driver.motion(trial, time, to), driver.slack(to), trial, report);
     if (!attempt.accepted) {
@@ -96,6 +98,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
       continue;
     }
     for (const auto& effect : effects) effect->commit(trial);
+    ++n_accepted;
     before = std::exchange(state, std::move(trial));
     last_size = to - time;
     time = to;

@@ -38,7 +38,7 @@ bool NewtonSolver::announce(const Effects& effects) {
   const auto guard = timers_.measure(Phase::symbolic);
   pattern_ = Pattern(layout_, std::move(builder));
   values_.resize(pattern_.n_values());
-  linear_.analyze(pattern_);
+  linear_.set_pattern(pattern_);
   return true;
 }
 
@@ -83,7 +83,7 @@ Residual NewtonSolver::evaluate(const Effects& effects, const PrescribedMotion& 
 }
 
 /// Turns values_ and step_ (= −force) into the system of the free dofs: prescribed motion goes to the right-hand side, its rows and
-/// columns become those of the identity. Prescribed dofs stand in body nodes, which come first: their couplings to fibers
+/// columns become those of the identity, with 0 on their right-hand side. Prescribed dofs stand in body nodes, which come first: their couplings to fibers
 /// are in their own columns, those among bodies in columns of bodies.
 void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) {
   Index n_body_nodes = 0;
@@ -108,16 +108,15 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
     }
   }
   for (std::size_t d = 0; d < step_.size(); ++d)
-    if (prescribed.fixed[d]) step_[d] = remaining * prescribed.motion[d];
+    if (prescribed.fixed[d]) step_[d] = 0;
 }
 
-/// Solves for the step from `state`. Near the solution the last factor is tried again: a few iterations on it cost less than a new one.
-/// A tangent that is not positive definite is replaced by its projection, and a factor that does not do in single precision by
+/// Solves for the step from `state`, up to `tolerance` of its energy. The last factor is tried first, even that of another pattern: a few
+/// iterations on it cost less than a new one. A tangent that is not positive definite is replaced by its projection, and a factor that does not do in single precision by
 /// one in double.
 bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
-                             bool near, NewtonOutcome& outcome) {
-  constexpr double tolerance = 1e-4;
-  constexpr int max_iterations = 50, max_iterations_with_old_factor = 12;
+                             double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
+  constexpr int max_iterations = 50, max_iterations_with_old_factor = 15;
   const auto solve = [&](int limit) {
     const auto guard = timers_.measure(Phase::solve);
     const std::optional<int> n = linear_.solve(values_, step_, tolerance, limit);
@@ -125,22 +124,48 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
     return n.has_value();
   };
   const auto factorize = [&] {
+    {
+      const auto guard = timers_.measure(Phase::symbolic);
+      linear_.analyze();
+    }
     const auto guard = timers_.measure(Phase::factorization);
     ++outcome.n_factorizations;
     return linear_.factorize(values_);
   };
-  bool try_old_factor = near && linear_.has_factor();
+  const auto find = [&] {
+    if (std::exchange(try_old_factor, false) && linear_.has_factor() && solve(max_iterations_with_old_factor))
+      return true;
+    return factorize() && solve(max_iterations);
+  };
   while (true) {
     assemble(effects, state, projected_ ? Assembler::Tangent::projected : Assembler::Tangent::exact);
+    round_off_ = estimated_round_off(state);
     for (std::size_t d = 0; d < force_.size(); ++d) step_[d] = -force_[d];
     impose(prescribed, remaining);
-    if (std::exchange(try_old_factor, false) && solve(max_iterations_with_old_factor)) return true;
-    if (factorize() && solve(max_iterations)) return true;
+    if (find()) break;
     if (!projected_)
       projected_ = true;
     else if (!linear_.refine_precision())
       return false;
   }
+  for (std::size_t d = 0; d < step_.size(); ++d)
+    if (prescribed.fixed[d]) step_[d] = remaining * prescribed.motion[d];
+  return true;
+}
+
+/// Norm of the round-off in the forces, from the diagonal of the tangent: ε ‖K_ii q_i‖, a few times over.
+double NewtonSolver::estimated_round_off(const State& state) const {
+  constexpr double a_few = 8;
+  double sum = 0;
+  for (Index j = 0; j < layout_.n_nodes(); ++j) {
+    const double* column = values_.data() + pattern_.value_start(j);
+    const Index first = layout_.first_dof(j);
+    for (Index c = 0; c < layout_.first_dof(j + 1) - first; ++c, column += pattern_.column_height(j)) {
+      const double force = column[c] * state.q[(first + c) / 3][(first + c) % 3];
+      sum += force * force;
+    }
+  }
+  return a_few * std::numeric_limits<double>::epsilon() * std::sqrt(sum);
 }
 
 double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
@@ -190,7 +215,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
   projected_ = false;
   const State start = state;
-  bool near = false;  // the last step was taken whole
+  bool smooth = true;  // the last step was taken whole
 
   for (;; ++outcome.n_iterations) {
     const Residual r = evaluate(effects, prescribed, state);
@@ -202,27 +227,35 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     }
     if (log) log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
                              projected_ ? "  (projected)" : ""));
-    if (remaining == 0 && (r.norm <= slack * settings_.force_tolerance * r.scale || r.norm <= settings_.force_floor))
-      return outcome;
+    const double goal = std::max(slack * settings_.force_tolerance * r.scale, force_floor());
+    if (remaining == 0 && r.norm <= goal) return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
       outcome.status = NewtonOutcome::Status::too_many_iterations;
       return outcome;
     }
 
-    if (!find_step(effects, prescribed, state, remaining, near, outcome)) {
+    // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
+    const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
+    if (!find_step(effects, prescribed, state, remaining, tolerance, smooth, outcome)) {
       outcome.status = NewtonOutcome::Status::not_positive_definite;
       return outcome;
     }
+    if (log && n_factor_entries() != n_entries)
+      log(fmt::format("      new order: {:.3g} entries in L, {:.3g} flops", n_factor_entries(), n_factor_flops()));
     double largest = 0;
+    std::size_t fastest = 0;
     for (std::size_t v = 0; v < state.q.size(); ++v)
-      largest = std::max(largest, Eigen::Map<const Vec3>(step_.data() + 3 * v).norm());
+      if (const double length = Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); length > largest) {
+        largest = length;
+        fastest = v;
+      }
     double alpha = largest > settings_.step_cap ? settings_.step_cap / largest : 1.0;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
-    near = alpha == 1;
+    smooth = alpha == 1;
     if (log)
-      log(fmt::format("      largest step {:.2e}, taken {:.2f} of it; {} factorisations, {} linear iterations so far", largest, alpha,
-                      outcome.n_factorizations, outcome.n_linear_iterations));
+      log(fmt::format("      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",
+                      largest, fastest, alpha, outcome.n_factorizations, outcome.n_linear_iterations));
     retract(layout_, state, step_, alpha, trial_);
     std::swap(state, trial_);
     remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);

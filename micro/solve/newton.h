@@ -2,6 +2,7 @@
 /// \file
 /// Newton's method for the equilibrium of a set of effects, contact particles and normals frozen.
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -71,6 +72,9 @@ class NewtonSolver {
   /// Gradient at the last evaluated state; at prescribed dofs it is the reaction, the force that holds them.
   [[nodiscard]] const std::vector<double>& force() const { return force_; }
 
+  /// Residual norm that cannot be told from none: that of the settings, or the round-off of the last tangent's forces.
+  [[nodiscard]] double force_floor() const { return std::max(settings_.force_floor, round_off_); }
+
   [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(pattern_.n_values()); }
   [[nodiscard]] double n_factor_entries() const { return linear_.n_factor_entries(); }
   [[nodiscard]] double n_factor_flops() const { return linear_.n_factor_flops(); }
@@ -80,10 +84,11 @@ class NewtonSolver {
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
   void impose(const PrescribedMotion& prescribed, double remaining);
   [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
-                               bool near, NewtonOutcome& outcome);
+                               double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                    const PrescribedMotion& prescribed);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
+  [[nodiscard]] double estimated_round_off(const State& state) const;
 
   const Layout& layout_;
   NewtonSettings settings_;
@@ -91,6 +96,7 @@ class NewtonSolver {
   int n_threads_;
   Pattern pattern_;
   LinearSolver linear_;
+  double round_off_ = 0;
   bool projected_ = false;  // the exact tangent was indefinite in this solve
   std::vector<Index> owned_from_;  // n_threads + 1 node limits
   std::vector<double> values_, force_, magnitude_, step_;

@@ -68,6 +68,8 @@ void multiply_add(CBLAS_TRANSPOSE transpose, int m, int n, double alpha, const d
 
 constexpr int tile = 256;              // columns of a task in a large front
 constexpr double task_flops = 2e7;     // subtrees and fronts below this are not worth a task
+constexpr double task_entries = 5e5;   // nor subtrees below this, where a factor is used
+constexpr int task_rows = 2048;        // of a task where a large front is used
 
 /// C ← C − A Aᵀ by tiles of columns, each a task of its own.
 template <class Real>
@@ -239,37 +241,133 @@ bool SupernodalFactor<Real>::factorize(const Elimination& e, std::span<const dou
   return !failed_;
 }
 
+namespace {
+
+/// y ← L⁻¹ y on the columns of a front, and what they take from the rows below. Large fronts are cut in tiles, their rows in tasks.
 template <class Real>
-void SupernodalFactor<Real>::solve(const Elimination& e, const Layout& layout, std::span<const double> b,
-                                   std::span<double> x) {
+void solve_front(const Real* columns, Index n_rows, Index n_columns, Real* front) {
+  for (Index p = 0; p < n_columns; p += tile) {
+    const Index width = std::min<Index>(tile, n_columns - p);
+    const Real* panel = columns + static_cast<std::size_t>(p) * n_rows;
+    solve_vector(CblasNoTrans, width, panel + p, n_rows, front + p);
+    for (Index i = p + width; i < n_rows; i += task_rows) {
+      const Index height = std::min<Index>(task_rows, n_rows - i);
+#pragma omp task default(none) firstprivate(i, p, height, width, panel, n_rows, front) if (n_rows > task_rows)
+      multiply_add(CblasNoTrans, height, width, -1, panel + i, n_rows, front + p, 1, front + i);
+    }
+#pragma omp taskwait
+  }
+}
+
+/// The same for L⁻ᵀ: the rows below are known.
+template <class Real>
+void solve_front_transposed(const Real* columns, Index n_rows, Index n_columns, Real* front) {
+  for (Index end = n_columns; end > 0;) {
+    const Index p = (end - 1) / tile * tile, height = n_rows - end;
+    const Real* panel = columns + static_cast<std::size_t>(p) * n_rows;
+    constexpr int task_columns = 64;
+    for (Index c = p; c < end && height > 0; c += task_columns) {
+      const Index width = std::min<Index>(task_columns, end - c);
+#pragma omp task default(none) firstprivate(c, end, height, width, columns, n_rows, front) if (n_rows > task_rows)
+      multiply_add(CblasTrans, height, width, -1, columns + end + static_cast<std::size_t>(c) * n_rows, n_rows, front + end, 1,
+                   front + c);
+    }
+#pragma omp taskwait
+    solve_vector(CblasTrans, end - p, panel + p, n_rows, front + p);
+    end = p;
+  }
+}
+
+/// Number of factor entries in the subtree of s.
+double subtree_entries(const Elimination& e, Index s) {
+  return static_cast<double>(e.value_start[s + 1] - e.value_start[e.first_descendant[s]]);
+}
+
+}  // namespace
+
+template <class Real>
+void SupernodalFactor<Real>::forward(const Elimination& e, Index s) {
+  const Index n_rows = e.n_rows(s), n_columns = e.n_columns(s);
+  Real* front = fronts_.data() + e.front_start[s];
+  std::copy_n(x_.data() + e.first_dof[e.first[s]], n_columns, front);
+  std::fill(front + n_columns, front + n_rows, Real(0));
+  const auto rows = e.row_positions(s);
+  const Index* row_dof = e.row_dof.data() + e.row_start[s];
+  for (Index i = e.child_start[s]; i < e.child_start[s + 1]; ++i) {
+    const Index child = e.children[i];
+    const auto child_rows = e.row_positions(child);
+    const Real* from = fronts_.data() + e.front_start[child] + e.n_columns(child);
+    std::size_t at = 0;
+    for (std::size_t r = e.n_column_positions(child); r < child_rows.size(); ++r) {
+      while (rows[at] != child_rows[r]) ++at;
+      for (Index d = 0; d < e.width(child_rows[r]); ++d) front[row_dof[at] + d] += *from++;
+    }
+  }
+  solve_front(values_.get() + e.value_start[s], n_rows, n_columns, front);
+}
+
+template <class Real>
+void SupernodalFactor<Real>::forward_subtree(const Elimination& e, Index s) {
+  if (subtree_entries(e, s) < task_entries) {
+    for (Index t = e.first_descendant[s]; t <= s; ++t) forward(e, t);
+    return;
+  }
+  for (Index i = e.child_start[s]; i < e.child_start[s + 1]; ++i) {
+    const Index child = e.children[i];
+#pragma omp task default(none) firstprivate(child) shared(e) if (subtree_entries(e, child) > task_entries)
+    forward_subtree(e, child);
+  }
+#pragma omp taskwait
+  forward(e, s);
+}
+
+template <class Real>
+void SupernodalFactor<Real>::backward(const Elimination& e, Index s) {
+  const Index n_rows = e.n_rows(s), n_columns = e.n_columns(s);
+  Real* front = fronts_.data() + e.front_start[s];
+  const auto rows = e.row_positions(s);
+  Real* to = front + n_columns;
+  for (std::size_t r = e.n_column_positions(s); r < rows.size(); ++r)
+    for (Index d = e.first_dof[rows[r]]; d < e.first_dof[rows[r] + 1]; ++d) *to++ = x_[d];
+  solve_front_transposed(values_.get() + e.value_start[s], n_rows, n_columns, front);
+  std::copy_n(front, n_columns, x_.data() + e.first_dof[e.first[s]]);
+}
+
+template <class Real>
+void SupernodalFactor<Real>::backward_subtree(const Elimination& e, Index s) {
+  if (subtree_entries(e, s) < task_entries) {
+    for (Index t = s; t >= e.first_descendant[s]; --t) backward(e, t);
+    return;
+  }
+  backward(e, s);
+  for (Index i = e.child_start[s]; i < e.child_start[s + 1]; ++i) {
+    const Index child = e.children[i];
+#pragma omp task default(none) firstprivate(child) shared(e) if (subtree_entries(e, child) > task_entries)
+    backward_subtree(e, child);
+  }
+#pragma omp taskwait
+}
+
+template <class Real>
+void SupernodalFactor<Real>::solve(const Elimination& e, const Layout& layout, std::span<const double> b, std::span<double> x,
+                                   int n_threads) {
   x_.resize(b.size());
   for (Index k = 0; k < static_cast<Index>(e.node.size()); ++k) {
     const Index from = layout.first_dof(e.node[k]), to = e.first_dof[k];
     for (Index c = 0; c < e.width(k); ++c) x_[to + c] = static_cast<Real>(b[from + c] * scale_[to + c]);
   }
-  below_.resize(*std::max_element(e.height.begin(), e.height.end()));
-  for (Index s = 0; s < e.n_supernodes(); ++s) {
-    const Real* columns = values_.get() + e.value_start[s];
-    const Index n_rows = e.n_rows(s), n_columns = e.n_columns(s), m = n_rows - n_columns;
-    Real* own = x_.data() + e.first_dof[e.first[s]];
-    solve_vector(CblasNoTrans, n_columns, columns, n_rows, own);
-    multiply_add(CblasNoTrans, m, n_columns, 1, columns + n_columns, n_rows, own, 0, below_.data());
-    const auto rows = e.row_positions(s);
-    const Real* from = below_.data();
-    for (std::size_t r = e.n_column_positions(s); r < rows.size(); ++r)
-      for (Index d = e.first_dof[rows[r]]; d < e.first_dof[rows[r] + 1]; ++d) x_[d] -= *from++;
-  }
-  for (Index s = e.n_supernodes() - 1; s >= 0; --s) {
-    const Real* columns = values_.get() + e.value_start[s];
-    const Index n_rows = e.n_rows(s), n_columns = e.n_columns(s), m = n_rows - n_columns;
-    Real* own = x_.data() + e.first_dof[e.first[s]];
-    const auto rows = e.row_positions(s);
-    Real* to = below_.data();
-    for (std::size_t r = e.n_column_positions(s); r < rows.size(); ++r)
-      for (Index d = e.first_dof[rows[r]]; d < e.first_dof[rows[r] + 1]; ++d) *to++ = x_[d];
-    multiply_add(CblasTrans, m, n_columns, -1, columns + n_columns, n_rows, below_.data(), 1, own);
-    solve_vector(CblasTrans, n_columns, columns, n_rows, own);
-  }
+  fronts_.resize(e.front_start.back());
+  const bool worth_threads = e.value_start.back() > 20 * task_entries;
+#pragma omp parallel num_threads(n_threads) if (worth_threads)
+#pragma omp single
+  for (Index s = 0; s < e.n_supernodes(); ++s)
+    if (e.parent[s] < 0) {
+#pragma omp task default(none) firstprivate(s) shared(e)
+      {
+        forward_subtree(e, s);
+        backward_subtree(e, s);
+      }
+    }
   for (Index k = 0; k < static_cast<Index>(e.node.size()); ++k) {
     const Index to = layout.first_dof(e.node[k]), from = e.first_dof[k];
     for (Index c = 0; c < e.width(k); ++c) x[to + c] = x_[from + c] * scale_[from + c];

@@ -97,7 +97,7 @@ void factorization(benchmark::State& bench) {
           .values[bundle.pattern.value_start(j) + static_cast<std::size_t>(c) * bundle.pattern.column_height(j) + c] +=
           0.1;
   LinearSolver solver(bundle.layout, precision, omp_get_max_threads());
-  solver.analyze(bundle.pattern);
+  solver.set_pattern(bundle.pattern);
   for (auto _ : bench)
     if (!solver.factorize(bundle.values)) bench.SkipWithError("not positive definite");
   report_per_fiber(bench);

@@ -73,12 +73,17 @@ TEST(Invariance, OfTheNumberOfThreads) {
 }
 
 TEST(Invariance, OfTheUnits) {
-  // Micrometres and MPa. Scaling is not exact in binary, and contacts that come and go enlarge the last digit.
+  // Micrometres and MPa. Scaling is not exact in binary, contacts that come and go enlarge the last digit, and where it decides about
+  // an iteration of the linear solver the result changes by what the tolerance allows.
   const double length = 1e6, stress = 1e-6;
-  const auto metres = test::run_scene(small_patch(1, 1)), micrometres = test::run_scene(small_patch(length, stress));
+  const auto run = [](double length_unit, double stress_unit) {
+    Scene scene = small_patch(length_unit, stress_unit);
+    scene.solver.force_tolerance = 1e-10;
+    return test::run_scene(scene);
+  };
+  const auto metres = run(1, 1), micrometres = run(length, stress);
   ASSERT_TRUE(metres.done()) << metres.summary.message;
   ASSERT_TRUE(micrometres.done()) << micrometres.summary.message;
-  EXPECT_EQ(metres.summary.n_newton_iterations, micrometres.summary.n_newton_iterations);
   ASSERT_EQ(metres.increments.size(), micrometres.increments.size());
   const double radius = 1e-5;
   for (std::size_t i = 0; i < metres.increments.size(); ++i)
