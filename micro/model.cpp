@@ -69,6 +69,14 @@ const Material& material_of(const Scene& scene, const Assembly& assembly, Index 
 
 }  // namespace
 
+Carried start_of(const Assembly& assembly) {
+  Carried carried;
+  carried.configuration = assembly.configuration;
+  for (const Vec3& p : assembly.body_positions) carried.poses.push_back({p, Mat3::Identity()});
+  carried.body_forces.assign(6 * carried.poses.size(), 0.0);
+  return carried;
+}
+
 std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly) {
   std::vector<Material> materials;
   for (Index f = 0; f < assembly.mesh.n_fibers(); ++f) materials.push_back(material_of(scene, assembly, f));
@@ -152,7 +160,7 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
     law.target_penetration = c.target_penetration;
     law.regularisation = c.regularisation;
     law.adapt_penalty = c.adapt_penalty;
-    law.friction = c.friction && stage.friction;
+    law.friction = c.friction && stage.friction && c.friction_coefficient > 0;
     law.friction_coefficient = c.friction_coefficient;
     law.reversible_slip = c.reversible_slip;
     const FiberMesh& mesh = assembly.mesh;
@@ -160,7 +168,7 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
     if (between_yarns || separates)
       law.search.wanted = [&mesh, between_yarns, separates](Index a, Index b) {
         const Index yarn_a = mesh.yarn_of_fiber[a], yarn_b = mesh.yarn_of_fiber[b];
-        if (between_yarns && yarn_a == yarn_b) return false;
+        if (between_yarns && yarn_a == yarn_b && a != b) return false;  // self-contact is asked for by a key of its own
         // While the crossing order separates warp from weft, their vertical normals are its own.
         const YarnFamily a_is = mesh.yarns[yarn_a].family, b_is = mesh.yarns[yarn_b].family;
         return !separates || a_is == b_is || a_is == YarnFamily::free || b_is == YarnFamily::free;
@@ -168,14 +176,14 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
     std::vector<double> modulus;
     for (const Material& m : fiber_materials(scene, assembly)) modulus.push_back(m.young_modulus_transverse);
     auto effect = std::make_unique<Contact>(field, law, std::move(modulus));
-    effect->set_history(carried.contact_history);
+    effect->set_history(carried.contact_history, carried.contact_tractions);
     contact = effect.get();
     effects.push_back(std::move(effect));
   }
   if (stage.separate_yarns) {
     const double reach = 2.0;  // R_a + R_b in units of the mean radius
     // Measured: crossings that are held to the target itself cost five times the iterations while yarns are parted.
-    const double target = 10 * c.target_penetration;
+    const auto target = c.adapt_penalty ? std::optional(10 * c.target_penetration) : std::nullopt;
     auto effect = std::make_unique<CrossingOrder>(field, ordered_crossings(assembly), -assembly.flat_height / reach,
                                                   c.penalty * reach, c.regularisation, target);
     crossing_order = effect.get();
@@ -225,9 +233,11 @@ void StageModel::add_bodies(const Assembly& assembly, const Carried& carried) {
     term.reference /= static_cast<double>(term.members.size());
     terms.push_back(std::move(term));
   }
-  auto tie_effect = std::make_unique<Ties>(layout, bodies, std::move(terms));
-  ties = tie_effect.get();
-  effects.push_back(std::move(tie_effect));
+  if (!terms.empty()) {
+    auto effect = std::make_unique<Ties>(layout, bodies, std::move(terms));
+    ties = effect.get();
+    effects.push_back(std::move(effect));
+  }
   if (!follow_terms_.empty()) {
     auto effect = std::make_unique<Follow>(bodies, std::move(follow_terms_));
     follow = effect.get();

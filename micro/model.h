@@ -32,6 +32,7 @@ struct Carried {
   std::vector<Pose> poses;
   std::vector<double> body_forces;   ///< external force on each of the 6 dofs of each body
   std::vector<ContactHistory> contact_history;
+  std::vector<Vec3> contact_tractions;
   bool just_separated = false;       ///< yarns were parted with vertical normals in the stage before
 };
 
@@ -76,6 +77,8 @@ struct StageModel {
   std::vector<FollowTerm> follow_terms_;
 };
 
+/// What a run that begins at the layout of the scene carries into its first stage.
+[[nodiscard]] Carried start_of(const Assembly& assembly);
 /// Material of each fiber.
 [[nodiscard]] std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly);
 /// Fiber model of each fiber in a stage.

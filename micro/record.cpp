@@ -21,7 +21,9 @@ FiberMesh dimensional(const FiberMesh& mesh, const Scales& scales) {
 ContactRecord record_contacts(const StageModel& model, const State& state, const Scales& scales) {
   ContactRecord record;
   if (!model.contact) return record;
-  for (const ContactElement& e : model.contact->elements()) {
+  const std::vector<StickSlip>& stick_slip = model.contact->stick_slip();
+  for (std::size_t i = 0; i < model.contact->elements().size(); ++i) {
+    const ContactElement& e = model.contact->elements()[i];
     const Vec3 a = e.a.evaluate(model.layout, state), b = e.b.evaluate(model.layout, state);
     const double gap = e.gap(model.layout, state);
     record.fiber_a.push_back(e.fiber_a);
@@ -32,8 +34,10 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.normal.push_back(e.normal);
     record.gap.push_back(gap * scales.length);
     record.normal_force.push_back(penalty_force(gap, e.penalty, model.contact->regularisation(e)) * scales.force());
-    record.friction_force.push_back(-friction(e, b - a).force * scales.force());
-    record.slip.push_back(e.tangential(b - a - e.x_start) * scales.length);
+    const bool rubs = !stick_slip.empty();
+    record.friction_force.push_back(rubs ? Vec3(-friction(e, stick_slip[i], b - a).force * scales.force())
+                                         : Vec3::Zero());
+    record.slip.push_back(rubs ? Vec3(e.tangential(b - a - stick_slip[i].x_start) * scales.length) : Vec3::Zero());
     record.penalty.push_back(e.penalty * scales.force() / scales.length);
     record.length.push_back(e.length * scales.length);
   }

@@ -53,7 +53,7 @@ std::vector<ContactHistory> contact_history(const ContactRecord& record, const S
     h.s_a = record.s_a[i] / scales.length;
     h.s_b = record.s_b[i] / scales.length;
     h.normal = record.normal[i].normalized();
-    h.traction = -record.friction_force[i] / scales.force();
+    h.traction = static_cast<Index>(i);
     const double starting_penalty =
         scene.contact.penalty * record.length[i] / scales.length *
         std::min(materials[h.fiber_a].young_modulus_transverse, materials[h.fiber_b].young_modulus_transverse);
@@ -73,6 +73,7 @@ Carried carry(const Increment& state, const Scene& scene, const Assembly& assemb
     for (const Vec3& v : {force, moment}) carried.body_forces.insert(carried.body_forces.end(), v.data(), v.data() + 3);
   }
   carried.contact_history = contact_history(state.contacts, scene, assembly, scales);
+  for (const Vec3& f : state.contacts.friction_force) carried.contact_tractions.push_back(-f / scales.force());
   return carried;
 }
 

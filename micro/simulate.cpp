@@ -9,6 +9,7 @@
 #include <optional>
 #include <tuple>
 
+#include "micro/core/error.h"
 #include "micro/core/wildcard.h"
 #include "micro/model.h"
 #include "micro/record.h"
@@ -116,9 +117,7 @@ class Run {
     omp_set_num_threads(summary_.n_threads);
     std::optional<Restart> restart;
     if (options.start_from.empty()) {
-      carried_.configuration = assembly_.configuration;
-      for (const Vec3& p : assembly_.body_positions) carried_.poses.push_back({p, Mat3::Identity()});
-      carried_.body_forces.assign(6 * carried_.poses.size(), 0.0);
+      carried_ = start_of(assembly_);
     } else {
       restart = restart_after(options.after, SnapshotReader(options.start_from), scene_, assembly_, scales_);
       carried_ = restart->carried;
@@ -174,15 +173,16 @@ class Run {
 
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
     const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
-                                         scene_.solver.step_cap * smallest_radius, scene_.solver.factor_precision,
-                                         model.contact ? scene_.contact.search_margin * smallest_radius
-                                                       : std::numeric_limits<double>::infinity()};
+                                         scene_.solver.step_cap, scene_.solver.factor_precision,
+                                         model.contact ? scene_.contact.search_margin
+                                                       : std::numeric_limits<double>::infinity(),
+                                         smallest_radius};
     LoadPathSettings path;
     path.n_increments = stage.n_increments;
     path.max_geometry_updates = scene_.solver.max_geometry_updates;
     path.geometry_tolerance = scene_.solver.geometry_tolerance;
     path.min_increment = scene_.solver.min_increment;
-    path.prediction_cap = newton_settings.step_cap;
+    path.prediction_cap = newton_settings.step_cap * smallest_radius;
     energy_before_.external_work += switching_work(model);
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
@@ -197,7 +197,8 @@ class Run {
       const std::vector<double> forces_now = body_forces(model, accepted);
       work += external_work(model, before, accepted, forces, forces_now);
       energy_.external_work = energy_before_.external_work + work +
-                              (model.crossing_order ? model.crossing_order->work() : 0) + adaptation_work;
+                              (model.crossing_order ? model.crossing_order->work() : 0) +
+                              (model.contact ? model.contact->limit_work() : 0) + adaptation_work;
       // It takes effect with the next increment.
       adaptation_work = model.contact ? model.contact->adaptation_work() : 0;
       forces = forces_now;
@@ -212,7 +213,10 @@ class Run {
     model.field.write_configuration(state, carried_.configuration);
     for (Index b = 0; b < model.bodies.n_bodies(); ++b) carried_.poses[b] = model.bodies.pose(state, b);
     carried_.body_forces = body_forces(model, state);
-    if (model.contact) carried_.contact_history = model.contact->history();
+    if (model.contact) {
+      carried_.contact_history = model.contact->history();
+      carried_.contact_tractions = model.contact->tractions();
+    }
     if (model.crossing_order) add_history(carried_.contact_history, model.crossing_order->history(state));
     carried_.just_separated = stage.separate_yarns;
     count_crossings(model, state, assembly_, summary_);
@@ -343,14 +347,6 @@ ModelSize model_size(const Scene& scene) {
       n_dofs += models[f] == FiberModel::enriched ? 9 * assembly.mesh.n_nodes(f) : 6 * (assembly.mesh.n_elements(f) + 1);
     size.n_dofs_per_stage.push_back(n_dofs);
     size.n_dofs = std::max(size.n_dofs, n_dofs);
-    // Measured on woven patches of 7,000 to 320,000 dofs: 10 to 29 n² flops and 3 to 4 n^1.5 factor entries, about 100 to 190 matrix
-    // entries a dof, some six factorisations an increment; 1.8·10¹¹ flops a second on two cores in single precision.
-    const bool single = scene.solver.factor_precision == FactorPrecision::single_precision;
-    const auto n = static_cast<double>(n_dofs);
-    const double seconds_per_factor = 20 * n * n / (single ? 1.8e11 : 0.9e11);
-    size.estimated_seconds += stage.n_increments * 6 * (seconds_per_factor + 1e-5 * n);
-    const double factor_bytes = (single ? 4 : 8) * 1.2 * 3.7 * std::pow(n, 1.5), matrix_bytes = 10 * 150 * n;
-    size.estimated_bytes = std::max(size.estimated_bytes, 1e8 + factor_bytes + matrix_bytes);
   }
   return size;
 }
@@ -363,6 +359,8 @@ void check_start(const Scene& scene, const SimulateOptions& options) {
 }
 
 SimulationSummary simulate(const Scene& scene, const SimulateOptions& options) {
+  if (scene.fibers.empty() && scene.bundles.empty() && !scene.weave)
+    throw InputError(fmt::format("{}: there is no fiber; a scene must have at least one fiber, bundle or weave", scene.name));
   return Run(scene, options).follow_load_path();
 }
 

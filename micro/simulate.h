@@ -15,13 +15,11 @@
 
 namespace trame::micro {
 
-/// What a scene will cost, before it runs: for `--check` and for the estimate at the start.
+/// How large a scene is, before it runs.
 struct ModelSize {
   Index n_fibers = 0, n_nodes = 0, n_bodies = 0;
   std::int64_t n_dofs = 0;           ///< of the stage with most of them
   std::vector<std::int64_t> n_dofs_per_stage;
-  double estimated_seconds = 0;      ///< on two cores of 2025; order of magnitude
-  double estimated_bytes = 0;
 };
 [[nodiscard]] ModelSize model_size(const Scene& scene);
 

@@ -18,7 +18,7 @@ double Contact::regularisation(const ContactElement& e) const {
 
 void Contact::begin_step(const State& start, double stage_time) {
   constexpr double faded_at = 0.75;
-  start_ = start;
+  if (law_.friction) start_ = start;
   fading_ = std::max(0.0, 1 - stage_time / faded_at);
 }
 
@@ -26,9 +26,13 @@ void Contact::forgive(const State& start) {
   begin_step(start, 0);
   update(start, Update::everything);
   history_.clear();
+  tractions_.clear();
+  for (const StickSlip& s : stick_slip_) tractions_.push_back(s.traction_start);
   for (const ContactElement& e : elements_) {
     const double penetration = std::max(0.0, -e.gap(field_.layout(), start));
-    history_.push_back({e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, e.traction_start, e.penalty_scale, penetration > 0, penetration});
+    const auto traction = law_.friction ? static_cast<Index>(history_.size()) : -1;
+    history_.push_back(
+        {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale, penetration > 0, penetration});
   }
   fading_n_ = 1;
   note_loaded_particles();
@@ -55,13 +59,19 @@ const ContactHistory* Contact::find_history(const Proximity& p) const {
   return best;
 }
 
-void Contact::set_history(std::vector<ContactHistory> history) {
+void Contact::set_history(std::vector<ContactHistory> history, std::vector<Vec3> tractions) {
   history_ = std::move(history);
-  for (ContactHistory& h : history_) h.allowance = 0;  // it was for the stage that is over
+  if (law_.friction) tractions_ = std::move(tractions);
+  for (ContactHistory& h : history_) {
+    h.allowance = 0;  // it was for the stage that is over
+    if (!law_.friction) h.traction = -1;
+  }
   note_loaded_particles();
 }
 
+/// Only penalties that adapt differ from place to place.
 void Contact::note_loaded_particles() {
+  if (!law_.adapt_penalty) return;
   loaded_.clear();
   for (const ContactHistory& h : history_)
     if (h.touches) {
@@ -123,30 +133,56 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   e.b = particle(p.fiber_b, p.s_b, -e.normal);
   e.penalty_scale = known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1;
   e.penalty = law_.penalty * std::min(modulus_[p.fiber_a], modulus_[p.fiber_b]) * p.length * e.penalty_scale;
-
-  if (law_.friction) {
-    const Layout& layout = field_.layout();
-    e.x_start = e.relative_position(layout, start_);
-    e.normal_force_lagged = penalty_force(e.gap(layout, state), e.penalty, regularisation(e));
-    e.slip_limit = law_.friction_coefficient * e.normal_force_lagged;
-    e.tangential_stiffness = e.slip_limit / (law_.reversible_slip * mean_radius(p.fiber_a, p.fiber_b));
-    if (known) e.traction_start = e.tangential(known->traction);
-  }
   return e;
+}
+
+StickSlip Contact::make_stick_slip(const ContactElement& e, const State& state, const ContactHistory* known) const {
+  const Layout& layout = field_.layout();
+  StickSlip s;
+  s.x_start = e.relative_position(layout, start_);
+  s.slip_limit = law_.friction_coefficient * penalty_force(e.gap(layout, state), e.penalty, regularisation(e));
+  s.tangential_stiffness = s.slip_limit / (law_.reversible_slip * mean_radius(e.fiber_a, e.fiber_b));
+  if (known && known->traction >= 0) {
+    // What the limit no longer bears is gone without a slip.
+    s.traction_start = e.tangential(tractions_[known->traction]);
+    if (const double size = s.traction_start.norm(); size > s.slip_limit) s.traction_start *= s.slip_limit / size;
+  }
+  return s;
 }
 
 void Contact::update(const State& state, Update what) {
   std::vector<Proximity> proximities;
   if (what == Update::everything) {
     proximities = find_proximities(field_, state, law_.search);
+    ++n_searches_;
   } else {
     for (const ContactElement& e : elements_)
       proximities.push_back(facing(field_, state, {e.fiber_a, e.fiber_b, e.s_a, e.s_b, Vec3::Zero(), e.length, e.crossing}));
   }
   elements_.resize(proximities.size());
+  if (law_.friction) stick_slip_.resize(proximities.size());
 #pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < proximities.size(); ++i)
-    elements_[i] = make_element(proximities[i], state, find_history(proximities[i]));
+  for (std::size_t i = 0; i < proximities.size(); ++i) {
+    const ContactHistory* known = find_history(proximities[i]);
+    elements_[i] = make_element(proximities[i], state, known);
+    if (law_.friction) stick_slip_[i] = make_stick_slip(elements_[i], state, known);
+  }
+  if (!slip_energy_n_) slip_energy_n_ = slip_energy_at_start();
+}
+
+double Contact::slip_energy_at_start() const {
+  double sum = 0;
+  for (const StickSlip& s : stick_slip_)
+    if (s.tangential_stiffness > 0) sum += 0.5 * s.traction_start.squaredNorm() / s.tangential_stiffness;
+  return sum;
+}
+
+double Contact::slip_energy(const State& state) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < stick_slip_.size(); ++i)
+    if (stick_slip_[i].tangential_stiffness > 0)
+      sum += 0.5 * friction_of(i, state).force.squaredNorm() / stick_slip_[i].tangential_stiffness;
+  return sum;
 }
 
 void Contact::announce(Pattern::Builder& builder) const {
@@ -154,28 +190,30 @@ void Contact::announce(Pattern::Builder& builder) const {
 }
 
 void Contact::add(const State& state, Assembler& assembler) const {
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    add_contact_element(elements_[i], field_.layout(), state, regularisation(elements_[i]), assembler);
+    if (law_.friction) add_friction(elements_[i], stick_slip_[i], field_.layout(), state, assembler);
+  }
+}
+
+Friction Contact::friction_of(std::size_t i, const State& state) const {
+  return friction(elements_[i], stick_slip_[i], elements_[i].relative_position(field_.layout(), state));
+}
+
+double Contact::penalty_energy_of(const State& state) const {
+  double sum = 0;
   for (const ContactElement& e : elements_)
-    add_contact_element(e, field_.layout(), state, regularisation(e), assembler);
+    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
+  return sum;
 }
 
 double Contact::energy(const State& state) const {
-  double sum = 0;
-  for (const ContactElement& e : elements_) {
-    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e)) +
-           friction(e, e.relative_position(field_.layout(), state)).energy;
-  }
+  double sum = penalty_energy_of(state);
+  for (std::size_t i = 0; i < stick_slip_.size(); ++i) sum += friction_of(i, state).energy;
   return sum;
 }
 
-double Contact::stored_energy(const State& state) const {
-  double sum = 0;
-  for (const ContactElement& e : elements_) {
-    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
-    if (e.tangential_stiffness > 0)
-      sum += 0.5 * friction(e, e.relative_position(field_.layout(), state)).force.squaredNorm() / e.tangential_stiffness;
-  }
-  return sum;
-}
+double Contact::stored_energy(const State& state) const { return penalty_energy_of(state) + slip_energy(state); }
 
 double Contact::max_penetration_over_radius(const State& state) const {
   double largest = 0;
@@ -186,10 +224,8 @@ double Contact::max_penetration_over_radius(const State& state) const {
 
 void Contact::commit(const State& state) {
   double allowance_force = 0;
-  for (const ContactElement& e : elements_) {
-    dissipated_ += friction(e, e.relative_position(field_.layout(), state)).dissipated;
+  for (const ContactElement& e : elements_)
     allowance_force += e.allowance * penalty_force(e.gap(field_.layout(), state), e.penalty, regularisation(e));
-  }
   adaptation_work_ += 0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
   allowance_force_n_ = allowance_force;
   fading_n_ = fading_;
@@ -197,9 +233,17 @@ void Contact::commit(const State& state) {
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     const ContactElement& e = elements_[i];
-    const Vec3 traction = friction(e, e.relative_position(field_.layout(), state)).force;
+    const auto traction = law_.friction ? static_cast<Index>(i) : -1;
     const bool touches = e.gap(field_.layout(), state) < 0;
     history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale, touches, e.allowance};
+  }
+  limit_work_ += slip_energy_at_start() - *slip_energy_n_;
+  slip_energy_n_ = slip_energy(state);
+  tractions_.resize(stick_slip_.size());
+  for (std::size_t i = 0; i < stick_slip_.size(); ++i) {
+    const Friction slip = friction_of(i, state);
+    dissipated_ += slip.dissipated;
+    tractions_[i] = slip.force;
   }
   note_loaded_particles();
 }

@@ -2,6 +2,9 @@
 /// \file
 /// Contact and friction between fibers: contact elements made from proximities, their history and their penalties.
 
+#include <optional>
+#include <vector>
+
 #include "micro/contact/contact_element.h"
 #include "micro/contact/proximity.h"
 #include "micro/solve/effect.h"
@@ -35,6 +38,10 @@ class Contact final : public Effect {
   void commit(const State& state) override;
 
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
+  /// Friction of each of `elements`; empty without friction.
+  [[nodiscard]] const std::vector<StickSlip>& stick_slip() const { return stick_slip_; }
+  /// How often fibers near each other were looked for.
+  [[nodiscard]] int n_searches() const { return n_searches_; }
   [[nodiscard]] double regularisation(const ContactElement& element) const;
   /// Largest penetration over the mean radius of the pair.
   [[nodiscard]] double max_penetration_over_radius(const State& state) const;
@@ -45,8 +52,13 @@ class Contact final : public Effect {
   /// Work that came in where penalties were raised under pressure, less what went out where they were lowered, and that of fading
   /// allowances.
   [[nodiscard]] double adaptation_work() const { return adaptation_work_; }
+  /// Energy of reversible slips that came, or with a negative sign went, because normal forces changed under them: the stiffness of the
+  /// reversible slip is µ N / u_rev.
+  [[nodiscard]] double limit_work() const { return limit_work_; }
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
-  void set_history(std::vector<ContactHistory> history);
+  /// Friction::force of the pairs in `history` that have one; empty without friction.
+  [[nodiscard]] const std::vector<Vec3>& tractions() const { return tractions_; }
+  void set_history(std::vector<ContactHistory> history, std::vector<Vec3> tractions = {});
   /// Forgives the penetrations of `start`: the gap of each pair is measured from there, and the allowance fades linearly until
   /// stage time 0.75. For yarns that were just parted with vertical normals: where they are inclined, R_a + R_b of height is
   /// less of distance, and pushing all that out at once throws fibers out of their yarns.
@@ -55,6 +67,14 @@ class Contact final : public Effect {
  private:
   [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state,
                                             const ContactHistory* known) const;
+  [[nodiscard]] StickSlip make_stick_slip(const ContactElement& element, const State& state,
+                                          const ContactHistory* known) const;
+  /// Friction of element i. Only with friction.
+  [[nodiscard]] Friction friction_of(std::size_t i, const State& state) const;
+  [[nodiscard]] double penalty_energy_of(const State& state) const;
+  /// Energy of the reversible slips, and that with which the step begins.
+  [[nodiscard]] double slip_energy(const State& state) const;
+  [[nodiscard]] double slip_energy_at_start() const;
   [[nodiscard]] const ContactHistory* find_history(const Proximity& proximity) const;
   [[nodiscard]] double mean_radius(Index a, Index b) const;
   [[nodiscard]] double starting_scale(const Proximity& proximity) const;
@@ -64,17 +84,21 @@ class Contact final : public Effect {
   const FiberField& field_;
   ContactLaw law_;
   std::vector<double> modulus_;
-  State start_;
+  State start_;                          // of the step; kept for friction
   double fading_ = 0;  // part of the allowances that is still granted
   double fading_n_ = 0, allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
   std::vector<ContactElement> elements_;
+  std::vector<StickSlip> stick_slip_;
   std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_
+  std::vector<Vec3> tractions_;
   struct LoadedParticle {
     Index fiber;
     double s, log_scale;
   };
   std::vector<LoadedParticle> loaded_;   // particles in contact, sorted, with the logarithm of their penalty scale
-  double dissipated_ = 0, adaptation_work_ = 0;
+  std::optional<double> slip_energy_n_;  // at the last accepted increment; empty before the first detection of a stage
+  double dissipated_ = 0, adaptation_work_ = 0, limit_work_ = 0;
+  int n_searches_ = 0;
 };
 
 }  // namespace trame::micro

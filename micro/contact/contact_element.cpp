@@ -2,23 +2,23 @@
 
 namespace trame::micro {
 
-Friction friction(const ContactElement& element, const Vec3& relative_position) {
+Friction friction(const ContactElement& element, const StickSlip& stick_slip, const Vec3& relative_position) {
   Friction f;
-  if (element.tangential_stiffness <= 0) return f;
-  const double k = element.tangential_stiffness;
-  const Vec3 trial = element.traction_start + k * element.tangential(relative_position - element.x_start);
+  if (stick_slip.tangential_stiffness <= 0) return f;
+  const double k = stick_slip.tangential_stiffness, limit = stick_slip.slip_limit;
+  const Vec3 trial = stick_slip.traction_start + k * element.tangential(relative_position - stick_slip.x_start);
   const double size = trial.norm();
-  f.slides = size > element.slip_limit;
+  f.slides = size > limit;
   f.direction = size > 0 ? Vec3(trial / size) : Vec3::Zero();
   if (!f.slides) {
     f.force = trial;
     f.stiffness_along = f.stiffness_across = k;
     f.energy = 0.5 * size * size / k;
   } else {
-    f.force = element.slip_limit * f.direction;
-    f.stiffness_across = k * element.slip_limit / size;
-    f.energy = element.slip_limit * (size - 0.5 * element.slip_limit) / k;
-    f.dissipated = element.slip_limit * (size - element.slip_limit) / k;
+    f.force = limit * f.direction;
+    f.stiffness_across = k * limit / size;
+    f.energy = limit * (size - 0.5 * limit) / k;
+    f.dissipated = limit * (size - limit) / k;
   }
   return f;
 }
@@ -96,33 +96,40 @@ void add_tangent(const FiberPoint& point, const Mat3& m, Assembler& assembler) {
     for (int j = 0; j < point.n_nodes; ++j) add_block(point, i, point, j, 1, m, assembler);
 }
 
+bool touches(const ContactElement& e, const Assembler& assembler) {
+  return assembler.touches(e.a.first_node, e.a.first_node + e.a.n_nodes - 1) ||
+         assembler.touches(e.b.first_node, e.b.first_node + e.b.n_nodes - 1);
+}
+
 }  // namespace
 
 void add_contact_element(const ContactElement& e, const Layout& layout, const State& state, double p_reg,
                          Assembler& assembler) {
-  if (!assembler.touches(e.a.first_node, e.a.first_node + e.a.n_nodes - 1) &&
-      !assembler.touches(e.b.first_node, e.b.first_node + e.b.n_nodes - 1))
-    return;
+  if (!touches(e, assembler)) return;
   const Touch a = touch(e.a, e.radius_a, e.normal, layout, state);
   const Touch b = touch(e.b, e.radius_b, -e.normal, layout, state);
   const double gap = e.normal.dot(b.point.evaluate(layout, state) - a.point.evaluate(layout, state)) - e.offset;
-  const LinearForm normal_form{{&a.point, &b.point}, {-1, 1}}, slip_form{{&e.a, &e.b}, {-1, 1}};
   const double f = penalty_force(gap, e.penalty, p_reg);
-  const Mat3 nn = e.normal * e.normal.transpose();
-  if (f > 0) {
-    add_force(normal_form, -f * e.normal, assembler);
-    if (assembler.wants_tangent()) {
-      add_tangent(normal_form, penalty_stiffness(gap, e.penalty, p_reg) * nn, assembler);
-      // −f ∇²g: the outline's curvature, which keeps sections from spinning under pressure.
-      if (a.curvature > 0) add_tangent(a.turn, f * a.curvature * nn, assembler);
-      if (b.curvature > 0) add_tangent(b.turn, f * b.curvature * nn, assembler);
-    }
-  }
-  if (e.tangential_stiffness <= 0) return;
-  const Friction t = friction(e, e.relative_position(layout, state));
-  add_force(slip_form, t.force, assembler);
+  if (f <= 0) return;
+  const LinearForm form{{&a.point, &b.point}, {-1, 1}};
+  add_force(form, -f * e.normal, assembler);
   if (!assembler.wants_tangent()) return;
-  add_tangent(slip_form,
+  const Mat3 nn = e.normal * e.normal.transpose();
+  add_tangent(form, penalty_stiffness(gap, e.penalty, p_reg) * nn, assembler);
+  // −f ∇²g: the outline's curvature, which keeps sections from spinning under pressure.
+  if (a.curvature > 0) add_tangent(a.turn, f * a.curvature * nn, assembler);
+  if (b.curvature > 0) add_tangent(b.turn, f * b.curvature * nn, assembler);
+}
+
+void add_friction(const ContactElement& e, const StickSlip& stick_slip, const Layout& layout, const State& state,
+                  Assembler& assembler) {
+  if (stick_slip.tangential_stiffness <= 0 || !touches(e, assembler)) return;
+  const Friction t = friction(e, stick_slip, e.relative_position(layout, state));
+  const LinearForm form{{&e.a, &e.b}, {-1, 1}};
+  add_force(form, t.force, assembler);
+  if (!assembler.wants_tangent()) return;
+  const Mat3 nn = e.normal * e.normal.transpose();
+  add_tangent(form,
               t.stiffness_across * (Mat3::Identity() - nn) +
                   (t.stiffness_along - t.stiffness_across) * t.direction * t.direction.transpose(),
               assembler);

@@ -42,7 +42,7 @@ struct ContactHistory {
   Index fiber_a = 0, fiber_b = 0;  ///< a < b
   double s_a = 0, s_b = 0;
   Vec3 normal = Vec3::UnitZ();
-  Vec3 traction = Vec3::Zero();    ///< Friction::force; −traction acts on b
+  Index traction = -1;             ///< which of the remembered tractions; negative without friction
   double penalty_scale = 1;
   bool touches = false;
   double allowance = 0;            ///< penetration that is forgiven at the stage's start, length; see Contact::forgive
@@ -65,12 +65,6 @@ struct ContactElement {
   double penalty = 0;                 ///< k, force over length
   double penalty_scale = 1;           ///< adapted factor that `penalty` includes
   double allowance = 0;               ///< see ContactHistory; `offset` includes what is still granted of it
-  // Friction; all zero where there is none.
-  Vec3 x_start = Vec3::Zero();        ///< x_b − x_a of the particles at the start of the step
-  Vec3 traction_start = Vec3::Zero(); ///< Friction::force at the start of the step, tangential; −traction_start acts on b
-  double tangential_stiffness = 0;    ///< µ N / u_rev with the lagged normal force N
-  double slip_limit = 0;              ///< µ N, lagged
-  double normal_force_lagged = 0;     ///< N
 
   /// x_b − x_a of the frozen particles.
   [[nodiscard]] Vec3 relative_position(const Layout& layout, const State& state) const {
@@ -78,6 +72,14 @@ struct ContactElement {
   }
   [[nodiscard]] double gap(const Layout& layout, const State& state) const;
   [[nodiscard]] Vec3 tangential(const Vec3& v) const { return v - normal * normal.dot(v); }
+};
+
+/// What friction adds to a contact element. Apart from it, so that contact without friction carries none of this.
+struct StickSlip {
+  Vec3 x_start = Vec3::Zero();        ///< x_b − x_a of the particles at the start of the step
+  Vec3 traction_start = Vec3::Zero(); ///< Friction::force at the start of the step, tangential; −traction_start acts on b
+  double tangential_stiffness = 0;    ///< µ N / u_rev with the normal force N at the last detection
+  double slip_limit = 0;              ///< µ N, likewise
 };
 
 /// The outermost particle of a section in a direction, at the current state.
@@ -98,11 +100,15 @@ struct Friction {
   double dissipated = 0;    ///< limit · irreversible slip of the step
   bool slides = false;
 };
-[[nodiscard]] Friction friction(const ContactElement& element, const Vec3& relative_position);
+[[nodiscard]] Friction friction(const ContactElement& element, const StickSlip& stick_slip,
+                                const Vec3& relative_position);
 
-/// Adds force and tangent of a contact element.
+/// Adds force and tangent of a contact element: those of the penalty.
 void add_contact_element(const ContactElement& element, const Layout& layout, const State& state, double p_reg,
                          Assembler& assembler);
+/// Adds force and tangent of its friction, which couple the same nodes.
+void add_friction(const ContactElement& element, const StickSlip& stick_slip, const Layout& layout, const State& state,
+                  Assembler& assembler);
 /// Announces the couplings of a contact element.
 void announce_contact_element(const ContactElement& element, Pattern::Builder& builder);
 

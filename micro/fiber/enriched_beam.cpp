@@ -110,16 +110,24 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
   state.q.resize(field.layout().n_vectors());
   field.read_configuration(reference, state);
   for (Index f = 0; f < mesh.n_fibers(); ++f) {
-    first_element_.push_back(static_cast<Index>(reference_.size() / 2));
+    first_element_.push_back(static_cast<Index>(reference_.size() / (2 * n_measures_)));
     if (field.model(f) != FiberModel::enriched) continue;
     for (Index e = 0; e < mesh.n_elements(f); ++e)
       for (const double t : gauss_points) {
         const Vec3* q = state.q.data() + field.layout().first_vector(field.element_node(f, e));
-        reference_.push_back(measures(
+        const Measures e = measures(
             interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, field.element_length(f))),
-            sections_[section_of_fiber_[f]]));
+            sections_[section_of_fiber_[f]]);
+        reference_.insert(reference_.end(), e.data(), e.data() + n_measures_);
       }
   }
+}
+
+EnrichedBeams::Measures EnrichedBeams::reference(Index fiber, Index element, int gauss_point) const {
+  const std::size_t point = 2 * static_cast<std::size_t>(first_element_[fiber] + element) + gauss_point;
+  Measures e = Measures::Zero();
+  e.head(n_measures_) = Eigen::Map<const Eigen::VectorXd>(reference_.data() + point * n_measures_, n_measures_);
+  return e;
 }
 
 EnrichedBeams::Measures EnrichedBeams::measures(const Z& z, const Section& section) const {
@@ -151,7 +159,7 @@ double EnrichedBeams::energy(const State& state) const {
         const double t = gauss_points[g];
         const Measures strain =
             measures(interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, h)), section) -
-            reference_[2 * (first_element_[f] + e) + g];
+            reference(f, e, g);
         sum += 0.5 * (h / 2) * strain.dot(section.stiffness * strain);
       }
   }
@@ -171,7 +179,7 @@ void EnrichedBeams::add(const State& state, Assembler& assembler) const {
         const auto n = quadratic_shape(gauss_points[g]);
         const auto dn = shape_derivative_by_arc(gauss_points[g], h);
         add_gauss_point(interpolate<Z>(q, n, dn), sections_[section_of_fiber_[f]],
-                        reference_[2 * (first_element_[f] + e) + g], first, n, dn, h / 2, assembler);
+                        reference(f, e, g), first, n, dn, h / 2, assembler);
       }
     }
   }

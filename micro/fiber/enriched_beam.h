@@ -21,6 +21,9 @@ class EnrichedBeams final : public Effect {
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
+  /// Strain measures in use, and values of them that are kept for the stress-free shape.
+  [[nodiscard]] int n_measures_in_use() const { return n_measures_; }
+  [[nodiscard]] std::size_t n_reference_values() const { return reference_.size(); }
 
  private:
   using Z = Eigen::Matrix<double, 3, 5>;
@@ -32,6 +35,7 @@ class EnrichedBeams final : public Effect {
     std::array<MeasureMatrix, n_measures_twist_stretch> measure;  // A_k
   };
   [[nodiscard]] Measures measures(const Z& z, const Section& section) const;
+  [[nodiscard]] Measures reference(Index fiber, Index element, int gauss_point) const;
   void add_gauss_point(const Z& z, const Section& section, const Measures& reference, Index first_node,
                        const std::array<double, 3>& n, const std::array<double, 3>& dn, double weight,
                        Assembler& assembler) const;
@@ -40,8 +44,8 @@ class EnrichedBeams final : public Effect {
   int n_measures_;
   std::vector<Section> sections_;       // distinct ones
   std::vector<Index> section_of_fiber_;
-  std::vector<Index> first_element_;    // per fiber, into reference_
-  std::vector<Measures> reference_;     // two per element
+  std::vector<Index> first_element_;    // per fiber
+  std::vector<double> reference_;       // those in use, at two Gauss points per element
 };
 
 /// 6 × 6 stiffness of a transversely isotropic material for (E_ss, E_11, E_22, 2E_12, 2E_s1, 2E_s2), axis s, in Pa.

@@ -79,12 +79,17 @@ FiberPoint FiberField::particle(Index fiber, double s, const Vec2& xi) const {
 }
 
 void FiberField::read_configuration(const FiberConfiguration& configuration, State& state) const {
+  // Sections stand normal to a rod. Those of an enriched beam are right at its nodes, where ties hold them; the
+  // direction of dr/ds is not: it is off by κ'h²/12, which stiff ties would answer.
+  const auto rod_tangent = [&](Index i) -> Vec3 {
+    return configuration.tangent[i].norm() * configuration.g1[i].cross(configuration.g2[i]).normalized();
+  };
   for (Index f = 0; f < mesh_->n_fibers(); ++f) {
     const bool enriched = models_[f] == FiberModel::enriched;
     Vec3* q = state.q.data() + layout_->first_vector(first_system_node_[f]);
     for (Index i = mesh_->first_node[f]; i < mesh_->first_node[f + 1]; i += enriched ? 1 : 2) {
       *q++ = configuration.r[i];
-      *q++ = enriched ? configuration.g1[i] : configuration.tangent[i];
+      *q++ = enriched ? configuration.g1[i] : rod_tangent(i);
       if (enriched) *q++ = configuration.g2[i];
     }
   }
@@ -101,22 +106,52 @@ void carry_section(const Vec3& from, const Vec3& to, Vec3& g1, Vec3& g2) {
   g2 = t.cross(g1);
 }
 
+/// dr/ds of an enriched element of length h whose node vectors begin at q.
+Vec3 derivative(const Vec3* q, double t, double h) {
+  const auto d = quadratic_shape_derivative(t);
+  return (2 / h) * (d[0] * q[0] + d[1] * q[3] + d[2] * q[6]);
+}
+
+/// Tangent at node i of an enriched fiber whose node vectors begin at q. The length of the derivative is right to third
+/// order at the Gauss points only, and there the elastic energy takes it: at the ends of an element it is off by
+/// κ²h²/12, a strain that a rod, which takes it there, would have to work off. So the length is that at the nearest
+/// Gauss points.
+Vec3 node_tangent(const Vec3* q, Index i, Index n_nodes, double h) {
+  constexpr double gauss_point = 0.5773502691896257;  // 1/√3
+  Vec3 direction = Vec3::Zero();
+  double stretch = 0;
+  int n = 0;
+  for (Index e = std::max(i - 1, 0) / 2; e <= std::min(i, n_nodes - 2) / 2; ++e) {
+    const double t = static_cast<double>(i - 2 * e - 1);  // −1, 0, 1
+    direction += derivative(q + 6 * e, t, h).normalized();
+    for (const double at : {-gauss_point, gauss_point})
+      if (at * t >= 0) {
+        stretch += derivative(q + 6 * e, at, h).norm();
+        ++n;
+      }
+  }
+  return stretch / n * direction.normalized();
+}
+
 }  // namespace
 
 void FiberField::write_configuration(const State& state, FiberConfiguration& configuration) const {
   configuration.resize(mesh_->n_nodes());
   for (Index f = 0; f < mesh_->n_fibers(); ++f) {
     const Index first = mesh_->first_node[f];
+    const Vec3* q = state.q.data() + layout_->first_vector(first_system_node_[f]);
     for (Index i = first; i < mesh_->first_node[f + 1]; ++i) {
-      const auto [r, tangent] = curve(state, f, mesh_->arc_length[i]);
-      const Vec3 tangent_before = std::exchange(configuration.tangent[i], tangent);
-      configuration.r[i] = r;
       if (models_[f] == FiberModel::enriched) {
-        const Vec3* q = state.q.data() + layout_->first_vector(first_system_node_[f] + i - first);
-        configuration.g1[i] = q[1];
-        configuration.g2[i] = q[2];
+        const Vec3* node = q + 3 * (i - first);
+        configuration.r[i] = node[0];
+        configuration.g1[i] = node[1];
+        configuration.g2[i] = node[2];
+        configuration.tangent[i] = node_tangent(q, i - first, mesh_->n_nodes(f), element_length_[f]);
       } else {
-        carry_section(tangent_before, tangent, configuration.g1[i], configuration.g2[i]);
+        const auto [r, tangent] = curve(state, f, mesh_->arc_length[i]);
+        configuration.r[i] = r;
+        carry_section(std::exchange(configuration.tangent[i], tangent), tangent, configuration.g1[i],
+                      configuration.g2[i]);
       }
     }
   }

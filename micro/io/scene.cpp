@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <set>
+#include <string_view>
 
 #include "micro/core/error.h"
 #include "micro/io/scene_stages.h"
@@ -105,48 +108,71 @@ void read_bundles(const SceneValue& root, Scene& scene, Names& known) {
   }
 }
 
-void read_effects(const SceneValue& root, Scene& scene) {
-  ContactSettings& contact = scene.contact;
-  const auto effects = root.find("effects");
-  const auto given = [&](const char* name) { return effects ? effects->find(name) : std::nullopt; };
-  if (effects) read_table(*effects, effect_keys(), {}, scene);
-  if (contact.scope == ContactScope::none) {
-    for (const char* name : {"self_contact", "friction", "adapt_penalty"})
-      if (const auto value = given(name); value && value->boolean())
-        value->fail("has no effect, because effects.contact is \"none\"");
-    contact.self_contact = contact.friction = contact.adapt_penalty = false;
-  }
-  const auto settings = root.find("contact");
-  if (!settings) return;
-  read_table(*settings, contact_keys(), {}, contact);
-  if (contact.scope == ContactScope::none)
-    for (const SceneValue& value : settings->children())
-      value.fail("has no effect, because effects.contact is \"none\"");
-  if (!contact.friction)
-    for (const char* name : {"friction_coefficient", "reversible_slip"})
-      if (const auto value = settings->find(name)) value->fail("has no effect, because effects.friction is false");
+/// A key of a table that may be absent.
+std::optional<SceneValue> find_in(const std::optional<SceneValue>& table, std::string_view name) {
+  return table ? table->find(name) : std::nullopt;
 }
 
-/// Whether any fiber is an enriched beam in any stage.
-bool has_enriched_fibers(const Scene& scene) {
-  const auto enriched = [&](Index type) { return scene.fiber_types[type].model == FiberModel::enriched; };
-  bool by_type = scene.weave && (enriched(scene.weave->warp.type) || enriched(scene.weave->weft.type));
-  for (const FiberSpec& fiber : scene.fibers) by_type = by_type || enriched(fiber.type);
-  for (const BundleSpec& bundle : scene.bundles) by_type = by_type || enriched(bundle.type);
-  if (scene.stages.empty()) return by_type;
-  for (const Stage& stage : scene.stages)
-    if (stage.fiber_model ? *stage.fiber_model == FiberModel::enriched : by_type) return true;
-  return false;
+/// Fails for those of `names` that the table has: they belong to what is off.
+void refuse(const std::optional<SceneValue>& table, std::initializer_list<const char*> names,
+            const std::string& because) {
+  for (const char* name : names)
+    if (const auto value = find_in(table, name)) value->fail("has no effect, because " + because);
+}
+
+/// The same for keys that ask for something; those that say "false" do not.
+void refuse_asked(const std::optional<SceneValue>& table, std::initializer_list<const char*> names,
+                  const std::string& because) {
+  for (const char* name : names)
+    if (const auto value = find_in(table, name); value && value->boolean()) refuse(table, {name}, because);
+}
+
+void read_effects(const SceneValue& root, Scene& scene) {
+  ContactSettings& contact = scene.contact;
+  const auto effects = root.find("effects"), settings = root.find("contact"), solver = root.find("solver");
+  if (effects) read_table(*effects, effect_keys(), {}, scene);
+  for (const SceneValue& key : effects ? effects->children() : std::vector<SceneValue>())
+    scene.stated_effects.push_back(key.own_name());
+  if (contact.scope == ContactScope::none) {
+    const std::string because = "effects.contact is \"none\"";
+    refuse_asked(effects, {"self_contact", "friction", "adapt_penalty"}, because);
+    refuse(solver, {"max_geometry_updates", "geometry_tolerance"}, because);
+    contact.self_contact = contact.friction = contact.adapt_penalty = false;
+  }
+  if (settings) read_table(*settings, contact_keys(), {}, contact);
+  if (contact.scope == ContactScope::none)
+    for (const Key<ContactSettings>& key : contact_keys())
+      refuse(settings, {key.name.c_str()}, "effects.contact is \"none\"");
+  if (!contact.friction) refuse(settings, {"friction_coefficient", "reversible_slip"}, "effects.friction is false");
+  if (!contact.adapt_penalty) refuse(settings, {"target_penetration"}, "effects.adapt_penalty is false");
+}
+
+/// Friction that every stage switches off was not called for.
+void check_friction(const SceneValue& root, const Scene& scene) {
+  const auto rubs = [](const Stage& stage) { return stage.friction; };
+  if (!scene.contact.friction || scene.stages.empty() || std::any_of(scene.stages.begin(), scene.stages.end(), rubs))
+    return;
+  const std::string because = "every stage has friction = false";
+  refuse_asked(root.find("effects"), {"friction"}, because);
+  refuse(root.find("contact"), {"friction_coefficient", "reversible_slip"}, because);
+}
+
+/// Whether fibers of a type are enriched beams in any stage.
+bool is_ever_enriched(const Scene& scene, Index type) {
+  const FiberModel model = scene.fiber_types[type].model;
+  const auto enriched = [&](const Stage& s) { return s.fiber_model.value_or(model) == FiberModel::enriched; };
+  if (scene.stages.empty()) return model == FiberModel::enriched;
+  return std::any_of(scene.stages.begin(), scene.stages.end(), enriched);
 }
 
 /// What only enriched beams have is an error without them.
 void check_enriched_only(const SceneValue& root, const Scene& scene) {
-  if (has_enriched_fibers(scene)) return;
-  constexpr const char* complaint = "has no effect, because no fiber is of the enriched model in any stage";
-  if (scene.twist_stretch) root.find("effects")->find("twist_stretch")->fail(complaint);
-  if (const auto fibers = root.find("fiber"))
-    for (const SceneValue& table : fibers->tables())
-      if (const auto axis = table.find("section_axis")) axis->fail(complaint);
+  const std::vector<Index> types = fiber_types_in_use(scene);
+  if (std::none_of(types.begin(), types.end(), [&](Index type) { return is_ever_enriched(scene, type); }))
+    refuse_asked(root.find("effects"), {"twist_stretch"}, "no fiber is of the enriched model in any stage");
+  for (std::size_t i = 0; i < scene.fibers.size(); ++i)
+    if (!is_ever_enriched(scene, scene.fibers[i].type))
+      refuse(root.find("fiber")->tables()[i], {"section_axis"}, "this fiber is of the enriched model in no stage");
 }
 
 /// Nodes are counted in 32 bits, and so are their dofs. Counted in floating point, which cannot overflow here.
@@ -175,12 +201,21 @@ Scene read_root(const SceneValue& root) {
   read_bodies(root, scene);
   read_effects(root, scene);
   read_stages(root, scene);
+  check_friction(root, scene);
   check_enriched_only(root, scene);
   if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);
   return scene;
 }
 
 }  // namespace
+
+std::vector<Index> fiber_types_in_use(const Scene& scene) {
+  std::set<Index> types;
+  if (scene.weave) types = {scene.weave->warp.type, scene.weave->weft.type};
+  for (const FiberSpec& fiber : scene.fibers) types.insert(fiber.type);
+  for (const BundleSpec& bundle : scene.bundles) types.insert(bundle.type);
+  return {types.begin(), types.end()};
+}
 
 Scene parse_scene(const std::string& toml, const std::string& origin) {
   toml::table root;

@@ -160,6 +160,7 @@ struct Scene {
   std::vector<BodySpec> bodies;
   std::vector<Stage> stages;
   bool twist_stretch = false;            ///< E_ss terms quadratic in ξ
+  std::vector<std::string> stated_effects;  ///< keys that [effects] has; the others hold for want of a word
   ContactSettings contact;
   SolverSettings solver;
 };
@@ -169,6 +170,9 @@ struct Scene {
 
 /// The same for TOML text; `origin` stands for the file name in messages.
 [[nodiscard]] Scene parse_scene(const std::string& toml, const std::string& origin);
+
+/// The fiber types that fibers of the scene are of, ascending.
+[[nodiscard]] std::vector<Index> fiber_types_in_use(const Scene& scene);
 
 /// Every key of a scene with unit, default, range and meaning, as text for a terminal.
 [[nodiscard]] std::string scene_schema();

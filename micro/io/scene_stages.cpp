@@ -138,6 +138,9 @@ void read_drives(const SceneValue& stage_table, const Names& body_names, Stage& 
 /// What a stage asks for must go with the rest of the scene.
 void check_stage(const SceneValue& table, const Scene& scene, const Stage& stage) {
   if (stage.separate_yarns && !scene.weave) table.find("separate_yarns")->fail("needs a [weave]");
+  if (stage.separate_yarns && scene.contact.scope == ContactScope::none)
+    table.find("separate_yarns")
+        ->fail("needs contact, or yarns would pass through each other again, but effects.contact is \"none\"");
   if (const auto friction = table.find("friction"); friction && stage.friction && !scene.contact.friction)
     friction->fail("has no effect, because friction is off for the scene");
   if (stage.proximal_end > 0 && stage.proximal_start == 0)

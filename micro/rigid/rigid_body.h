@@ -56,6 +56,7 @@ class Ties final : public Effect {
   [[nodiscard]] double energy(const State& state) const override;
   /// Force and moment with which the body pulls at its fibers.
   [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;
+  [[nodiscard]] std::size_t n_terms() const { return terms_.size(); }
 
  private:
   struct Deviation {

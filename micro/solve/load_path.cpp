@@ -45,7 +45,8 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
     report.n_factorizations += outcome.n_factorizations;
     if (outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) {
       for (double& m : motion.motion) m *= outcome.remaining;
-      update = -1;
+      // A particle at the joint of two elements may go to and fro and throw its fiber each time: then particles stay here too.
+      update = n_detours > settings.max_detours / 2 ? 1 : -1;
       continue;
     }
     if (!outcome.converged())

@@ -13,7 +13,7 @@ std::string_view describe(NewtonOutcome::Status status) {
     case NewtonOutcome::Status::converged: return "converged";
     case NewtonOutcome::Status::travelled: return "motion up to the limit between two contact detections";
     case NewtonOutcome::Status::too_many_iterations: return "no convergence within the allowed iterations";
-    case NewtonOutcome::Status::not_a_number: return "a force became infinite or not a number";
+    case NewtonOutcome::Status::not_a_number: return "a force or stiffness became infinite or not a number";
     case NewtonOutcome::Status::not_positive_definite: return "the tangent is singular";
   }
   return "";
@@ -64,6 +64,7 @@ Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
   Residual r;
   double sum = 0, scale = 0, worst = 0;
   for (std::size_t d = 0; d < force_.size(); ++d) {
+    if (!std::isfinite(force_[d])) return {std::numeric_limits<double>::quiet_NaN(), 1, static_cast<Index>(d)};
     if (prescribed.fixed[d]) continue;
     sum += force_[d] * force_[d];
     if (std::abs(force_[d]) > worst) {
@@ -116,7 +117,10 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 /// one in double.
 bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
                              double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
-  constexpr int max_iterations = 50, max_iterations_with_old_factor = 15;
+  constexpr int max_iterations = 50;
+  // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
+  const double affordable = n_factor_flops() / (50 * std::max(1.0, n_factor_entries()));
+  const int max_iterations_with_old_factor = static_cast<int>(std::clamp(affordable, 4.0, 15.0));
   const auto solve = [&](int limit) {
     const auto guard = timers_.measure(Phase::solve);
     const std::optional<int> n = linear_.solve(values_, step_, tolerance, limit);
@@ -198,15 +202,16 @@ double NewtonSolver::line_search(const Effects& effects, const State& state, dou
   return low > 0 ? low : alpha;
 }
 
-namespace {
-
-double largest_change(const State& from, const State& to) {
-  double largest = 0;
-  for (std::size_t v = 0; v < to.q.size(); ++v) largest = std::max(largest, (to.q[v] - from.q[v]).squaredNorm());
-  return std::sqrt(largest);
+template <typename Change>
+NewtonSolver::Largest NewtonSolver::largest(const Change& change) const {
+  Largest result;
+  for (Index j = 0; j < layout_.n_nodes(); ++j)
+    for (Index v = layout_.first_vector(j); v < layout_.first_vector(j + 1); ++v) {
+      const double size = change(v) / (v == layout_.first_vector(j) ? settings_.length : 1);
+      if (size > result.size) result = {size, v};
+    }
+  return result;
 }
-
-}  // namespace
 
 NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
                                   const std::function<void(const std::string&)>& log) {
@@ -216,6 +221,8 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   projected_ = false;
   const State start = state;
   bool smooth = true;  // the last step was taken whole
+  double lowest = std::numeric_limits<double>::infinity(), cap = settings_.step_cap;
+  int n_capped = 0;  // steps at the cap since the lowest residual
 
   for (;; ++outcome.n_iterations) {
     const Residual r = evaluate(effects, prescribed, state);
@@ -234,34 +241,39 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
       return outcome;
     }
 
+    // Where capped steps do not lower the residual, something soft goes to and fro across the solution: shorter ones find it.
+    if (r.norm < 0.95 * lowest) {
+      lowest = r.norm;
+      n_capped = 0;
+      cap = settings_.step_cap;
+    } else if (n_capped >= 4) {
+      n_capped = 0;
+      cap = std::max(0.5 * cap, settings_.step_cap / 16);
+    }
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
     const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
     if (!find_step(effects, prescribed, state, remaining, tolerance, smooth, outcome)) {
-      outcome.status = NewtonOutcome::Status::not_positive_definite;
+      const bool finite = std::all_of(values_.begin(), values_.end(), [](double v) { return std::isfinite(v); });
+      outcome.status = finite ? NewtonOutcome::Status::not_positive_definite : NewtonOutcome::Status::not_a_number;
       return outcome;
     }
     if (log && n_factor_entries() != n_entries)
       log(fmt::format("      new order: {:.3g} entries in L, {:.3g} flops", n_factor_entries(), n_factor_flops()));
-    double largest = 0;
-    std::size_t fastest = 0;
-    for (std::size_t v = 0; v < state.q.size(); ++v)
-      if (const double length = Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); length > largest) {
-        largest = length;
-        fastest = v;
-      }
-    double alpha = largest > settings_.step_cap ? settings_.step_cap / largest : 1.0;
+    const Largest step = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
+    double alpha = step.size > cap ? cap / step.size : 1.0;
+    if (alpha < 1) ++n_capped;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
     smooth = alpha == 1;
     if (log)
       log(fmt::format("      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",
-                      largest, fastest, alpha, outcome.n_factorizations, outcome.n_linear_iterations));
+                      step.size, step.vector, alpha, outcome.n_factorizations, outcome.n_linear_iterations));
     retract(layout_, state, step_, alpha, trial_);
     std::swap(state, trial_);
     remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);
     if (remaining < 1e-12) remaining = 0;
     // A capped step may be as long as the cap of the travel: round-off shall not decide.
-    if (largest_change(start, state) > 1.01 * settings_.travel_cap) {
+    if (largest([&](Index v) { return (state.q[v] - start.q[v]).norm(); }).size > 1.01 * settings_.travel_cap) {
       ++outcome.n_iterations;
       outcome.remaining = remaining;
       outcome.status = NewtonOutcome::Status::travelled;

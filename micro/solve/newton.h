@@ -22,10 +22,11 @@ struct NewtonSettings {
   double force_tolerance = 1e-4;  ///< residual norm over the norm of the force magnitudes that cancel in it
   double force_floor = 1e-12;     ///< residual norm that counts as zero whatever the magnitudes, force
   int max_iterations = 40;
-  double step_cap = 0.5;          ///< largest change of any vector in one iteration, in the unit of length
+  double step_cap = 0.5;          ///< largest change of any vector in one iteration, of positions in `length`
   FactorPrecision precision = FactorPrecision::double_precision;
-  /// Largest change of any vector before contact is looked for again, in the unit of length.
+  /// Largest change of any vector before contact is looked for again, of positions in `length`.
   double travel_cap = std::numeric_limits<double>::infinity();
+  double length = 1;              ///< what counts as far for positions, the first vector of each node; the others are of order 1
 };
 
 struct NewtonOutcome {
@@ -88,6 +89,13 @@ class NewtonSolver {
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                    const PrescribedMotion& prescribed);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
+  struct Largest {
+    double size = 0;
+    Index vector = 0;
+  };
+  /// The largest of a set of changes of all vectors, given as a function of the vector.
+  template <typename Change>
+  [[nodiscard]] Largest largest(const Change& change) const;
   [[nodiscard]] double estimated_round_off(const State& state) const;
 
   const Layout& layout_;

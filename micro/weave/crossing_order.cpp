@@ -60,7 +60,7 @@ std::optional<double> smallest_separation(const FiberField& field, const State& 
 }
 
 CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth,
-                             double penalty, double p_reg, double target_penetration)
+                             double penalty, double p_reg, std::optional<double> target_penetration)
     : field_(field), crossings_(std::move(crossings)), penalty_scale_(crossings_.size(), 1.0), start_depth_(start_depth),
       penalty_(penalty), p_reg_(p_reg), target_penetration_(target_penetration), depth_n_(start_depth) {}
 
@@ -121,11 +121,12 @@ void CrossingOrder::commit(const State& state) {
   work_ += 0.5 * (force_n_ + force) * (depth_ - depth_n_);
   depth_n_ = depth_;
   force_n_ = force;
+  if (!target_penetration_) return;
   for (std::size_t i = 0; i < crossings_.size(); ++i) {
     double penetration = 0;
     for (std::size_t e = element_start_[i]; e < element_start_[i + 1]; ++e)
       penetration = std::max(penetration, -elements_[e].gap(field_.layout(), state));
-    penalty_scale_[i] = adapted_penalty_scale(penalty_scale_[i], penetration / target_penetration_);
+    penalty_scale_[i] = adapted_penalty_scale(penalty_scale_[i], penetration / *target_penetration_);
   }
 }
 
@@ -134,9 +135,9 @@ std::vector<ContactHistory> CrossingOrder::history(const State& state) const {
   for (const ContactElement& e : elements_) {
     if (e.gap(field_.layout(), state) >= 0) continue;
     if (e.fiber_a < e.fiber_b)
-      history.push_back({e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, Vec3::Zero(), e.penalty_scale, true});
+      history.push_back({e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, -1, e.penalty_scale, true});
     else
-      history.push_back({e.fiber_b, e.fiber_a, e.s_b, e.s_a, -e.normal, Vec3::Zero(), e.penalty_scale, true});
+      history.push_back({e.fiber_b, e.fiber_a, e.s_b, e.s_a, -e.normal, -1, e.penalty_scale, true});
   }
   return history;
 }

@@ -19,9 +19,9 @@ struct YarnCrossing {
 class CrossingOrder final : public Effect {
  public:
   /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length of gap to
-  /// start with; each crossing adapts its own to `target_penetration`, a length.
+  /// start with; each crossing adapts its own to `target_penetration`, a length, or keeps it without one.
   CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth, double penalty,
-                double p_reg, double target_penetration);
+                double p_reg, std::optional<double> target_penetration);
 
   [[nodiscard]] std::string_view name() const override { return "crossing order"; }
   void begin_step(const State& start, double stage_time) override;
@@ -40,7 +40,8 @@ class CrossingOrder final : public Effect {
   const FiberField& field_;
   std::vector<YarnCrossing> crossings_;
   std::vector<double> penalty_scale_;  // of each crossing
-  double start_depth_, penalty_, p_reg_, target_penetration_;
+  double start_depth_, penalty_, p_reg_;
+  std::optional<double> target_penetration_;
   double depth_ = 0;                       // d / (R_a + R_b) of this step
   double depth_n_, force_n_ = 0, work_ = 0;  // of the last accepted step; the force works on d / (R_a + R_b)
   std::vector<ContactElement> elements_;  // crossing by crossing

@@ -301,11 +301,44 @@ const Mistake effects[] = {
     {"contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3",
      "contact = \"none\"\n[contact]\nspacing = 0.5",
      "bad.toml: contact.spacing = 0.5: has no effect, because effects.contact is \"none\""},
+    {"contact = \"all\"\nfriction = true", "contact = \"none\"\nself_contact = true",
+     "bad.toml: effects.self_contact = true: has no effect, because effects.contact is \"none\""},
+    {"contact = \"all\"\nfriction = true", "contact = \"none\"\nadapt_penalty = true",
+     "bad.toml: effects.adapt_penalty = true: has no effect, because effects.contact is \"none\""},
+    {"contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3\n[solver]",
+     "contact = \"none\"\n[solver]\nmax_geometry_updates = 3",
+     "bad.toml: solver.max_geometry_updates = 3: has no effect, because effects.contact is \"none\""},
+    {"contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3\n[solver]",
+     "contact = \"none\"\n[solver]\ngeometry_tolerance = 1e-3",
+     "bad.toml: solver.geometry_tolerance = 0.001: has no effect, because effects.contact is \"none\""},
+    {"contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3",
+     "contact = \"none\"",
+     "bad.toml: stage[1].separate_yarns = true: needs contact, or yarns would pass through each other again"},
+    {"friction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3",
+     "adapt_penalty = false\n[contact]\ntarget_penetration = 0.02",
+     "bad.toml: contact.target_penetration = 0.02: has no effect, because effects.adapt_penalty is false"},
+    {"friction = true\ntwist_stretch = true\n[contact]\nfriction_coefficient = 0.3",
+     "friction = false\n[contact]\nreversible_slip = 0.1",
+     "bad.toml: contact.reversible_slip = 0.1: has no effect, because effects.friction is false"},
     {"friction = true\ntwist", "self_contact = 1\ntwist", "bad.toml: effects.self_contact = 1: must be true or false"},
     {"\"enriched\"", "\"rod\"",
      "bad.toml: effects.twist_stretch = true: has no effect, because no fiber is of the enriched model in any stage"},
 };
 TEST(BadScenes, Effects) { expect_refused(effects); }
+
+TEST(BadScenes, EveryContactKeyNeedsContact) {
+  for (const char* line :
+       {"friction_coefficient = 0.1", "reversible_slip = 0.1", "spacing = 0.4", "search_margin = 0.4",
+        "target_penetration = 0.1", "regularisation = 0.2", "penalty = 0.1"}) {
+    std::string toml = good_scene;
+    const std::string right = "contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\n"
+                              "friction_coefficient = 0.3";
+    toml.replace(toml.find(right), right.size(), std::string("contact = \"none\"\n[contact]\n") + line);
+    EXPECT_TRUE(error_of(toml).starts_with(std::string("bad.toml: contact.") + line +
+                                           ": has no effect, because effects.contact is \"none\""))
+        << error_of(toml);
+  }
+}
 
 const std::string bare_scene = R"([material.m]
 model = "isotropic"
@@ -339,11 +372,35 @@ TEST(BadScenes, SeparationNeedsAWeave) {
 TEST(BadScenes, SectionAxisNeedsEnrichedFibers) {
   EXPECT_EQ(
       error_of(bare_scene + wire + "section_axis = [0, 0, 1]\n"),
-      "bad.toml: fiber[1].section_axis = [0, 0, 1]: has no effect, because no fiber is of the enriched model in any "
+      "bad.toml: fiber[1].section_axis = [0, 0, 1]: has no effect, because this fiber is of the enriched model in no "
       "stage (line 14)");
   EXPECT_EQ(
       error_of(bare_scene + wire + "section_axis = [0, 0, 1]\n[[stage]]\nname = \"s\"\nfiber_model = \"enriched\"\n"),
       "no error");
+}
+
+TEST(BadScenes, SectionAxisNeedsAnEnrichedFiberOfItsOwn) {
+  const std::string beam = "[fiber_type.beam]\nmaterial = \"m\"\ndiameter = \"10 um\"\n";
+  const std::string other = "[[fiber]]\nname = \"o\"\nfiber_type = \"beam\"\nelements = 2\nsection_axis = [0, 0, 1]\n"
+                            "points = [[\"0 m\", \"1 mm\", \"0 m\"], [\"1 mm\", \"1 mm\", \"0 m\"]]\n";
+  EXPECT_EQ(error_of(bare_scene + beam + wire + other), "no error");
+  EXPECT_EQ(error_of(bare_scene + beam + wire + "section_axis = [0, 0, 1]\n" + other),
+            "bad.toml: fiber[1].section_axis = [0, 0, 1]: has no effect, because this fiber is of the enriched model in "
+            "no stage (line 17)");
+  EXPECT_TRUE(error_of(bare_scene + beam + wire + other + "[[stage]]\nname = \"s\"\nfiber_model = \"rod\"\n")
+                  .starts_with("bad.toml: fiber[2].section_axis = [0, 0, 1]: has no effect"));
+}
+
+TEST(BadScenes, FrictionThatEveryStageSwitchesOff) {
+  const std::string frictionless = "[[stage]]\nname = \"s\"\nfriction = false\n";
+  EXPECT_EQ(error_of(bare_scene + wire + frictionless), "no error");  // nobody asked for friction
+  EXPECT_EQ(error_of(bare_scene + wire + "[effects]\nfriction = true\n" + frictionless),
+            "bad.toml: effects.friction = true: has no effect, because every stage has friction = false (line 15)");
+  EXPECT_EQ(error_of(bare_scene + wire + "[contact]\nfriction_coefficient = 0.1\n" + frictionless),
+            "bad.toml: contact.friction_coefficient = 0.1: has no effect, because every stage has friction = false "
+            "(line 15)");
+  EXPECT_EQ(error_of(bare_scene + wire + "[effects]\nfriction = true\n" + frictionless + "[[stage]]\nname = \"t\"\n"),
+            "no error");
 }
 
 TEST(BadScenes, DrivesOfAbsentBodies) {

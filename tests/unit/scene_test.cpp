@@ -156,7 +156,7 @@ material = "pa66"
 diameter = "20 um"
 [[fiber]]
 name = "wire"
-fiber_type = "fine"
+fiber_type = "filament"
 points = [["0 mm", "0 mm", "1 mm"], ["1 mm", "0 mm", "1 mm"], ["2 mm", "0.1 mm", "1 mm"]]
 elements = 9
 section_axis = [0, 0, 2]
@@ -208,7 +208,6 @@ friction_coefficient = 0.3
 reversible_slip = 0.04
 spacing = 0.6
 search_margin = 0.7
-target_penetration = 0.02
 penalty = 2
 [solver]
 force_tolerance = 1e-5
@@ -294,7 +293,7 @@ TEST(Scene, ReadsFibersAndBundles) {
   ASSERT_EQ(scene.fibers.size(), 1u);
   const FiberSpec& wire = scene.fibers[0];
   EXPECT_EQ(wire.name, "wire");
-  EXPECT_EQ(scene.fiber_types[wire.type].name, "fine");
+  EXPECT_EQ(scene.fiber_types[wire.type].name, "filament");
   ASSERT_EQ(wire.points.size(), 3u);
   EXPECT_EQ(wire.points[2], Vec3(2e-3, 1e-4, 1e-3));
   EXPECT_EQ(wire.n_elements, 9);
@@ -361,7 +360,6 @@ TEST(Scene, ReadsEffectsAndSettings) {
   EXPECT_EQ(scene.contact.reversible_slip, 0.04);
   EXPECT_EQ(scene.contact.spacing, 0.6);
   EXPECT_EQ(scene.contact.search_margin, 0.7);
-  EXPECT_EQ(scene.contact.target_penetration, 0.02);
   EXPECT_EQ(scene.contact.penalty, 2);
   EXPECT_EQ(scene.solver.force_tolerance, 1e-5);
   EXPECT_EQ(scene.solver.max_newton_iterations, 21);
@@ -369,6 +367,8 @@ TEST(Scene, ReadsEffectsAndSettings) {
   EXPECT_EQ(scene.solver.step_cap, 0.4);
   EXPECT_EQ(scene.solver.min_increment, 1e-3);
   EXPECT_EQ(scene.solver.factor_precision, FactorPrecision::single_precision);
+  EXPECT_EQ(scene.stated_effects,
+            (std::vector<std::string>{"adapt_penalty", "contact", "friction", "self_contact", "twist_stretch"}));
 }
 
 TEST(Scene, ReadsStages) {
@@ -451,6 +451,27 @@ TEST(Scene, FrictionGoesWithContactAndStagesFollow) {
   EXPECT_FALSE(scene.contact.friction);
   EXPECT_FALSE(scene.contact.adapt_penalty);
   EXPECT_FALSE(scene.stages.at(0).friction);
+}
+
+TEST(Scene, TargetGoesWithAdaptation) {
+  const Scene scene = parse_scene(small_scene + "[contact]\ntarget_penetration = 0.02\n", "small.toml");
+  EXPECT_TRUE(scene.contact.adapt_penalty);
+  EXPECT_EQ(scene.contact.target_penetration, 0.02);
+  EXPECT_TRUE(scene.stated_effects.empty());
+}
+
+TEST(Scene, KnowsTheFiberTypesThatFibersAreOf) {
+  const std::string unused = "[fiber_type.a]\nmaterial = \"m\"\ndiameter = \"9 um\"\n";
+  const Scene scene = parse_scene(small_scene + unused, "small.toml");
+  ASSERT_EQ(scene.fiber_types.size(), 2u);
+  ASSERT_EQ(fiber_types_in_use(scene).size(), 1u);
+  EXPECT_EQ(scene.fiber_types[fiber_types_in_use(scene)[0]].name, "t");
+  // The weave's two, the single fiber's and the bundle's.
+  const Scene all = parse_scene(weave_scene, "everything.toml");
+  for (const Index type : {all.weave->warp.type, all.weave->weft.type, all.fibers[0].type, all.bundles[0].type}) {
+    const std::vector<Index> used = fiber_types_in_use(all);
+    EXPECT_EQ(std::count(used.begin(), used.end(), type), 1);
+  }
 }
 
 Weave weave_of(const std::string& pattern_keys) {

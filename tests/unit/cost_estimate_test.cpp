@@ -1,0 +1,137 @@
+/// \file
+/// What effects are said to cost before a run: every one has a price, and without it the run is said to be cheaper.
+
+#include "micro/cost_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "micro/model.h"
+#include "micro/simulate.h"
+#include "tests/support/run_scene.h"
+
+namespace trame::micro {
+namespace {
+
+Scene plain_small() { return read_scene(TRAME_DATA_DIR "/scenes/plain_small.toml"); }
+
+/// The price of an effect; nothing where the scene does not call for it.
+const EffectCost* price(const CostEstimate& cost, PricedEffect effect) {
+  const auto found =
+      std::find_if(cost.effects.begin(), cost.effects.end(), [=](const EffectCost& c) { return c.effect == effect; });
+  return found == cost.effects.end() ? nullptr : &*found;
+}
+
+TEST(CostEstimate, DofsAreThoseOfTheEffects) {
+  const Scene scene = plain_small();
+  const CostEstimate cost = estimate_cost(scene);
+  // 30 fibers of 13 elements: 27 nodes of 9 dofs, or 14 of 6; 8 yarn ends and 4 sides.
+  EXPECT_EQ(price(cost, PricedEffect::enriched_beams)->n_dofs, 30 * 27 * 9);
+  EXPECT_EQ(price(cost, PricedEffect::rods)->n_dofs, 30 * 14 * 6);
+  EXPECT_EQ(price(cost, PricedEffect::bodies)->n_dofs, 12 * 6);
+  for (const auto effect :
+       {PricedEffect::contact, PricedEffect::friction, PricedEffect::crossing_order, PricedEffect::proximal})
+    EXPECT_EQ(price(cost, effect)->n_dofs, 0);
+  EXPECT_EQ(model_size(scene).n_dofs, 30 * 27 * 9 + 12 * 6);
+}
+
+TEST(CostEstimate, TheWholeIsMoreThanItsParts) {
+  const CostEstimate cost = estimate_cost(plain_small());
+  double seconds = 0, largest = 0;
+  for (const EffectCost& c : cost.effects) {
+    EXPECT_GT(c.seconds, 0);
+    seconds += c.seconds;
+    largest = std::max(largest, c.bytes);
+  }
+  EXPECT_GT(cost.seconds, seconds);
+  EXPECT_GT(cost.bytes, largest);
+}
+
+struct Switch {
+  const char* name;
+  PricedEffect effect;
+  std::function<void(Scene&)> on, off;
+};
+
+TEST(CostEstimate, WithoutAnEffectARunIsCheaper) {
+  const auto leave = [](Scene&) {};
+  const Switch switches[] = {
+      {"contact", PricedEffect::contact, leave, [](Scene& s) { s.contact.scope = ContactScope::none; }},
+      {"self_contact", PricedEffect::self_contact, [](Scene& s) { s.contact.self_contact = true; }, leave},
+      {"friction", PricedEffect::friction, leave,
+       [](Scene& s) {
+         s.contact.friction = false;
+         for (Stage& stage : s.stages) stage.friction = false;
+       }},
+      {"adapt_penalty", PricedEffect::adaptation, leave, [](Scene& s) { s.contact.adapt_penalty = false; }},
+      {"twist_stretch", PricedEffect::twist_stretch, [](Scene& s) { s.twist_stretch = true; }, leave},
+      {"enriched beams", PricedEffect::enriched_beams, leave,
+       [](Scene& s) {
+         for (Stage& stage : s.stages) stage.fiber_model = FiberModel::rod;
+       }},
+      {"proximal", PricedEffect::proximal, leave,
+       [](Scene& s) {
+         for (Stage& stage : s.stages) stage.proximal_start = stage.proximal_end = 0;
+       }},
+      {"crossing order", PricedEffect::crossing_order, leave,
+       [](Scene& s) {
+         for (Stage& stage : s.stages) stage.separate_yarns = false;
+       }},
+  };
+  for (const Switch& s : switches) {
+    SCOPED_TRACE(s.name);
+    Scene with = plain_small(), without = plain_small();
+    s.on(with);
+    s.off(without);
+    const CostEstimate dear = estimate_cost(with), cheap = estimate_cost(without);
+    EXPECT_NE(price(dear, s.effect), nullptr);
+    EXPECT_EQ(price(cheap, s.effect), nullptr);
+    // Without the crossing order ordinary contact meets yarns that lie through each other, and costs as much.
+    if (s.effect == PricedEffect::crossing_order) continue;
+    EXPECT_LT(cheap.seconds, dear.seconds);
+    EXPECT_LE(cheap.bytes, dear.bytes);
+  }
+}
+
+TEST(CostEstimate, ContactOfFewerPairsIsCheaper) {
+  Scene between = plain_small();
+  between.contact.scope = ContactScope::between_yarns;
+  const CostEstimate all = estimate_cost(plain_small()), some = estimate_cost(between);
+  EXPECT_LT(some.seconds, all.seconds);
+  EXPECT_LT(some.bytes, all.bytes);
+}
+
+TEST(CostEstimate, SinglePrecisionTakesLess) {
+  Scene single = plain_small();
+  single.solver.factor_precision = FactorPrecision::single_precision;
+  EXPECT_LT(estimate_cost(single).seconds, estimate_cost(plain_small()).seconds);
+  EXPECT_LT(estimate_cost(single).bytes, estimate_cost(plain_small()).bytes);
+}
+
+TEST(CostEstimate, BodiesHaveAPriceOnlyWhereThereAreAny) {
+  Scene scene = test::cantilever(FiberModel::rod, 0.3, 100, 10);
+  Stage stage;
+  stage.name = "s";
+  stage.drives = {{"tip", BodyDof::z, DriveMode::force, 1e-5, ""}};
+  scene.stages = {stage};
+  CostEstimate cost = estimate_cost(scene);
+  EXPECT_EQ(price(cost, PricedEffect::bodies)->n_dofs, 12);
+  EXPECT_NE(price(cost, PricedEffect::loads), nullptr);
+  EXPECT_EQ(price(cost, PricedEffect::follow), nullptr);
+  scene.bodies.clear();
+  scene.stages[0].drives.clear();
+  cost = estimate_cost(scene);
+  ASSERT_EQ(cost.effects.size(), 1u);  // rods
+  EXPECT_EQ(cost.effects[0].n_dofs, 6 * 11);
+}
+
+TEST(CostEstimate, IsTheSameInAnyUnit) {
+  Scene scene = plain_small(), large = plain_small();
+  large = nondimensional(scene, {1e-6, 1});  // in micrometres
+  EXPECT_NEAR(estimate_cost(large).seconds / estimate_cost(scene).seconds, 1, 0.01);
+}
+
+}  // namespace
+}  // namespace trame::micro
