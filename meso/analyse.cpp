@@ -2,59 +2,25 @@
 
 #include <fmt/format.h>
 #include <fnmatch.h>
-#include <omp.h>
 
-#include <algorithm>
 #include <cmath>
-#include <exception>
-#include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
-#include "meso/strain.h"
+#include "meso/parallel_for.h"
 #include "meso/yarns_vtk.h"
 #include "micro/core/error.h"
 
 namespace trame::meso {
 namespace {
 
-/// Runs `work(i)` for 0 ≤ i < n on several threads; what one throws is thrown here.
-template <class Work>
-void parallel_for(std::size_t n, int n_threads, Work&& work) {
-  std::exception_ptr failure;
-  const int n_used = n_threads > 0 ? n_threads : omp_get_max_threads();
-#pragma omp parallel for schedule(dynamic) num_threads(n_used)
-  for (std::size_t i = 0; i < n; ++i) {
-    try {
-      work(i);
-    } catch (...) {
-#pragma omp critical(trame_meso_failure)
-      failure = std::current_exception();
-    }
-  }
-  if (failure) std::rethrow_exception(failure);
-}
-
 template <class Value>
 Statistics statistics(const YarnMesh& mesh, const StrainField& field, Value&& value) {
-  double weight = 0, sum = 0, squares = 0;
-  Statistics result{.min = std::numeric_limits<double>::infinity(), .max = -std::numeric_limits<double>::infinity()};
-  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
-    if (field.flagged[t]) continue;
-    weight += mesh.volumes[t];
-    sum += mesh.volumes[t] * value(t);
-    result.min = std::min(result.min, value(t));
-    result.max = std::max(result.max, value(t));
-  }
-  if (weight == 0) {
-    const double nan = std::numeric_limits<double>::quiet_NaN();
-    return {nan, nan, nan, nan};
-  }
-  result.mean = sum / weight;
+  std::vector<WeightedValue> values;
   for (std::size_t t = 0; t < mesh.tets.size(); ++t)
-    if (!field.flagged[t]) squares += mesh.volumes[t] * (value(t) - result.mean) * (value(t) - result.mean);
-  result.deviation = std::sqrt(squares / weight);
-  return result;
+    if (!field.flagged[t]) values.push_back({value(t), mesh.volumes[t]});
+  return weighted_statistics(std::move(values));
 }
 
 YarnStrain summarise(Index increment, const YarnMesh& mesh, const StrainField& field) {
@@ -65,6 +31,7 @@ YarnStrain summarise(Index increment, const YarnMesh& mesh, const StrainField& f
           .yarn = mesh.yarn,
           .n_tets = static_cast<Index>(mesh.tets.size()),
           .n_flagged = field.n_flagged,
+          .n_inverted = field.n_inverted,
           .axial = component(0),
           .horizontal = component(1),
           .vertical = component(2),
@@ -117,46 +84,68 @@ Index Analysis::n_tets() const {
                          [](Index n, const YarnMesh& mesh) { return n + static_cast<Index>(mesh.tets.size()); });
 }
 
-Analysis analyse(const FiberStates& states, const AnalyseOptions& options) {
-  const micro::FiberMesh& fibers = states.header().mesh;
-  const std::vector<Index> yarns = choose_yarns(fibers.yarns, options.yarns);
-  const std::vector<Vec3> reference = states.read(0).fibers.r;
-  const micro::FiberConfiguration state_a = states.read(options.from).fibers;
+namespace {
+
+/// The states to compare, one by one, with what does not change between them.
+class Comparison {
+ public:
+  /// Meshes the yarns in the reference state and puts them into state A.
+  Comparison(const FiberStates& states, const AnalyseOptions& options)
+      : states_(states), options_(options), a_(states.read(options.from).fibers) {
+    const micro::FiberMesh& fibers = states.header().mesh;
+    const std::vector<Index> yarns = choose_yarns(fibers.yarns, options.yarns);
+    const std::vector<Vec3> reference = states.read(0).fibers.r;
+    analysis.meshes.resize(yarns.size());
+    in_a_.resize(yarns.size());
+    parallel_for(yarns.size(), options.n_threads, [&](std::size_t y) {
+      check_yarn(states, fibers.yarns[yarns[y]], reference);
+      analysis.meshes[y] = mesh_yarn(fibers, yarns[y], reference, options.mesh);
+      if (analysis.meshes[y].status != MeshStatus::ok) return;
+      in_a_[y].gradient.emplace(analysis.meshes[y]);
+      in_a_[y].F_a = (*in_a_[y].gradient)(a_.r);
+    });
+    if (options.vtk_folder.empty()) return;
+    vtk_.emplace(fibers, analysis.meshes, options.from, a_.r, options.vtk_folder);
+    analysis.pvd = vtk_->pvd();
+  }
+
+  void with(Index increment) {
+    const micro::Increment b = states_.read(increment);
+    analysis.fields.assign(in_a_.size(), {});
+    parallel_for(in_a_.size(), options_.n_threads, [&](std::size_t y) {
+      if (!in_a_[y].gradient) return;
+      analysis.fields[y] = yarn_fields(states_.header().mesh, analysis.meshes[y], in_a_[y].F_a,
+                                       (*in_a_[y].gradient)(b.fibers.r), a_, b.fibers);
+    });
+    analysis.strains.clear();
+    for (std::size_t y = 0; y < in_a_.size(); ++y)
+      if (in_a_[y].gradient)
+        analysis.strains.push_back(summarise(increment, analysis.meshes[y], analysis.fields[y].strain));
+    if (options_.on_state) options_.on_state(analysis.strains);
+    if (vtk_) vtk_->append(increment, b, analysis.fields);
+  }
 
   Analysis analysis;
-  analysis.meshes.resize(yarns.size());
-  std::vector<YarnInStateA> in_a(yarns.size());
-  parallel_for(yarns.size(), options.n_threads, [&](std::size_t y) {
-    check_yarn(states, fibers.yarns[yarns[y]], reference);
-    analysis.meshes[y] = mesh_yarn(fibers, yarns[y], reference, options.mesh);
-    if (analysis.meshes[y].status != MeshStatus::ok) return;
-    in_a[y].gradient.emplace(analysis.meshes[y]);
-    in_a[y].F_a = (*in_a[y].gradient)(state_a.r);
-  });
 
-  std::optional<YarnsVtkWriter> vtk;
-  if (!options.vtk_folder.empty()) {
-    vtk.emplace(fibers, analysis.meshes, options.from, state_a.r, options.vtk_folder);
-    analysis.pvd = vtk->pvd();
-  }
+ private:
+  const FiberStates& states_;
+  const AnalyseOptions& options_;
+  micro::FiberConfiguration a_;
+  std::vector<YarnInStateA> in_a_;
+  std::optional<YarnsVtkWriter> vtk_;
+};
+
+}  // namespace
+
+Analysis analyse(const FiberStates& states, const AnalyseOptions& options) {
+  Comparison compare(states, options);
   std::vector<Index> increments = options.to;
   if (increments.empty()) {
     increments.resize(states.n_increments());
     std::iota(increments.begin(), increments.end(), 0);
   }
-  for (const Index increment : increments) {
-    const micro::Increment state_b = states.read(increment);
-    std::vector<StrainField> strains(yarns.size());
-    parallel_for(yarns.size(), options.n_threads, [&](std::size_t y) {
-      if (!in_a[y].gradient) return;
-      strains[y] =
-          strain_between(analysis.meshes[y], in_a[y].F_a, (*in_a[y].gradient)(state_b.fibers.r), state_a.tangent);
-    });
-    for (std::size_t y = 0; y < yarns.size(); ++y)
-      if (in_a[y].gradient) analysis.strains.push_back(summarise(increment, analysis.meshes[y], strains[y]));
-    if (vtk) vtk->append(increment, state_b, strains);
-  }
-  return analysis;
+  for (const Index increment : increments) compare.with(increment);
+  return std::move(compare.analysis);
 }
 
 }  // namespace trame::meso

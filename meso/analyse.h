@@ -4,13 +4,24 @@
 /// B, sums it up and writes it for ParaView.
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "meso/fiber_states.h"
+#include "meso/statistics.h"
+#include "meso/yarn_fields.h"
 #include "meso/yarn_mesh.h"
 
 namespace trame::meso {
+
+/// One yarn in one state B. Distributions are over the tetrahedra that are not flagged, weighted by reference volume.
+struct YarnStrain {
+  Index increment = 0;
+  Index yarn = 0;
+  Index n_tets = 0, n_flagged = 0, n_inverted = 0;  ///< all; of these without a strain; of these inside out
+  Statistics axial, horizontal, vertical, gamma_max, det_F;
+};
 
 struct AnalyseOptions {
   Index from = 0;                       ///< state A
@@ -19,25 +30,15 @@ struct AnalyseOptions {
   MeshOptions mesh = {};
   std::filesystem::path vtk_folder = {};  ///< for yarns.pvd; empty: not written
   int n_threads = 0;                      ///< 0: all cores
+  /// Is given the rows of each state B in turn, one per yarn with a mesh.
+  std::function<void(const std::vector<YarnStrain>&)> on_state = {};
 };
 
-/// Distribution over the tetrahedra of a yarn that are not flagged, weighted by reference volume; NaN where there are
-/// none.
-struct Statistics {
-  double mean = 0, deviation = 0, min = 0, max = 0;
-};
-
-/// One yarn in one state B.
-struct YarnStrain {
-  Index increment = 0;
-  Index yarn = 0;
-  Index n_tets = 0, n_flagged = 0;
-  Statistics axial, horizontal, vertical, gamma_max, det_F;
-};
-
+/// Of the states B only the last is kept.
 struct Analysis {
   std::vector<YarnMesh> meshes;     ///< of the chosen yarns, in their order; also those without volume
-  std::vector<YarnStrain> strains;  ///< state by state, yarn by yarn; only yarns with a mesh
+  std::vector<YarnFields> fields;   ///< of each of `meshes`, in the last state B
+  std::vector<YarnStrain> strains;  ///< in the last state B, one per yarn with a mesh
   std::filesystem::path pvd;        ///< empty where nothing was written
 
   [[nodiscard]] Index n_tets() const;

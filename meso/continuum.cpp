@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "meso/delaunay.h"
+#include "meso/parallel_for.h"
 #include "meso/section_coordinates.h"
 #include "micro/core/error.h"
 
@@ -135,10 +136,18 @@ void check(const ContinuumOptions& options) {
   positive("n_stations", options.n_stations);
 }
 
-bool keeps(const YarnContinuum& row, const ContinuumLimits& limits) {
-  return !(row.non_affine_95 > limits.non_affine_95 || row.non_affine_share > limits.non_affine_share ||
-           row.exchanged > limits.exchanged || row.flagged > limits.flagged ||
-           row.mesh_difference > limits.mesh_difference);
+/// What of a row is beyond the limits, in words; empty where all is within. NaN is not held against it.
+std::vector<std::string> excesses(const YarnContinuum& row, const ContinuumLimits& limits) {
+  std::vector<std::string> words;
+  const auto hold = [&](double value, double limit, double unit, const char* format) {
+    if (value > limit) words.push_back(fmt::format(fmt::runtime(format), unit * value, unit * limit));
+  };
+  hold(row.non_affine_95, limits.non_affine_95, 1, "fibers stray by {:.2g} of their distance (limit {:.2g})");
+  hold(row.non_affine_share, limits.non_affine_share, 1, "disorder is {:.2g} of the strain (limit {:.2g})");
+  hold(row.exchanged, limits.exchanged, 100, "{:.3g} % of the neighbours are new (limit {:.2g} %)");
+  hold(row.flagged, limits.flagged, 100, "{:.3g} % of the mesh is inside out (limit {:.2g} %)");
+  hold(row.mesh_difference, limits.mesh_difference, 100, "strains differ by {:.3g} % between meshes (limit {:.2g} %)");
+  return words;
 }
 
 }  // namespace
@@ -192,8 +201,20 @@ double mesh_difference(const FiberMesh& fibers, const YarnMesh& mesh_1, const St
 
 ContinuumVerdict verdict(const YarnContinuum& row) {
   if (row.n_nodes == 0) return ContinuumVerdict::too_few_fibers;
-  if (keeps(row, fiber_by_fiber)) return ContinuumVerdict::holds;
-  return keeps(row, on_average) ? ContinuumVerdict::holds_on_average : ContinuumVerdict::does_not_hold;
+  if (excesses(row, fiber_by_fiber).empty()) return ContinuumVerdict::holds;
+  return excesses(row, on_average).empty() ? ContinuumVerdict::holds_on_average : ContinuumVerdict::does_not_hold;
+}
+
+std::string explanation(const YarnContinuum& row) {
+  std::string words(text(row.verdict));
+  if (row.verdict == ContinuumVerdict::too_few_fibers) return words;
+  const bool fails = row.verdict == ContinuumVerdict::does_not_hold;
+  const char* before = ": ";
+  for (const std::string& excess : excesses(row, fails ? on_average : fiber_by_fiber)) {
+    words += before + excess;
+    before = "; ";
+  }
+  return words;
 }
 
 ContinuumValidity::ContinuumValidity(const FiberMesh& fibers, const std::vector<Index>& yarns,
@@ -204,18 +225,16 @@ ContinuumValidity::ContinuumValidity(const FiberMesh& fibers, const std::vector<
     meshed.mesh = mesh_yarn(fibers, yarn, reference, {kind, options.max_circumradius, options.min_dihedral});
     if (meshed.mesh.status == MeshStatus::ok) meshed.gradient.emplace(meshed.mesh);
   };
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t y = 0; y < yarns.size(); ++y) {
+  parallel_for(yarns.size(), options.n_threads, [&](std::size_t y) {
     yarns_[y].yarn = yarns[y];
     mesh(yarns_[y].delaunay, yarns[y], MeshKind::delaunay);
     mesh(yarns_[y].swept, yarns[y], MeshKind::swept);
-  }
+  });
 }
 
 std::vector<YarnContinuum> ContinuumValidity::between(const FiberConfiguration& a, const FiberConfiguration& b) const {
   std::vector<YarnContinuum> rows(yarns_.size());
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = row(yarns_[y], a, b);
+  parallel_for(rows.size(), options_.n_threads, [&](std::size_t y) { rows[y] = row(yarns_[y], a, b); });
   return rows;
 }
 
@@ -243,7 +262,7 @@ void ContinuumValidity::add_strain(YarnContinuum& row, const MeshedYarn& yarn, c
   };
   const YarnMesh& mesh = yarn.delaunay.mesh;
   const StrainField field = strain(yarn.delaunay);
-  row.flagged = double(field.n_flagged) / static_cast<double>(mesh.tets.size());
+  row.flagged = double(field.n_inverted) / static_cast<double>(mesh.tets.size());
   row.typical_strain = median_strain(mesh, field);
   row.non_affine_share = row.non_affine_median / std::max(row.typical_strain, smallest_strain);
   if (yarn.swept.gradient)

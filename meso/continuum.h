@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct ContinuumOptions {
   double longest_bond = 1.25;
   Index n_stations = 20;  ///< sections, and slabs, along the yarn
   double max_circumradius = MeshOptions().max_circumradius, min_dihedral = MeshOptions().min_dihedral;
+  int n_threads = 0;  ///< 0: all cores
 };
 
 /// Upper bounds on the members of `YarnContinuum` of the same names.
@@ -81,6 +83,9 @@ struct YarnContinuum {
 
 /// The stronger of the two statements whose limits a row keeps. What is NaN is not held against it.
 [[nodiscard]] ContinuumVerdict verdict(const YarnContinuum& row);
+
+/// The verdict in plain words, with the measures that keep it from being stronger and their limits.
+[[nodiscard]] std::string explanation(const YarnContinuum& row);
 
 /// Meshes yarns once, both ways, and compares any two states. Yarns run in parallel; results do not depend on the
 /// number of threads.

@@ -66,9 +66,11 @@ std::vector<double> non_affine_residual(const micro::FiberMesh& mesh, const micr
                                         const std::vector<Vec3>& r_a, const std::vector<Vec3>& r_b,
                                         const Neighbourhood& neighbourhood) {
   const SectionCoordinates section = section_coordinates(mesh, yarn, r_a);
+  std::vector<double> D2(section.nodes.size(), std::numeric_limits<double>::quiet_NaN());
+  // Fibers in one another have no distance, and a yarn without length has no direction.
+  if (!std::all_of(section.unrolled.begin(), section.unrolled.end(), [](const Vec3& x) { return x.allFinite(); }))
+    return D2;
   const NeighbourSearch search(section, neighbourhood);
-  std::vector<double> D2(section.nodes.size());
-#pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < D2.size(); ++i) D2[i] = residual(section, i, search.of(i), r_a, r_b);
   return D2;
 }

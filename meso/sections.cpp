@@ -130,8 +130,9 @@ std::optional<FiberCut> cut_fiber(const FiberMesh& mesh, Index fiber, const Fibe
     return (section.frame * (v - v.dot(normal) / tangent.dot(normal) * tangent)).tail<2>();
   };
   FiberCut cut{.fiber = fiber, .s = *s, .centre = in_plane(shape.interpolate(fibers.r) - section.origin)};
-  cut.half_axes.col(0) = mesh.radius[fiber] * in_plane(shape.interpolate(fibers.g1));
-  cut.half_axes.col(1) = mesh.radius[fiber] * in_plane(shape.interpolate(fibers.g2));
+  const double radius = std::isfinite(mesh.radius[fiber]) ? mesh.radius[fiber] : 0;
+  cut.half_axes.col(0) = radius * in_plane(shape.interpolate(fibers.g1));
+  cut.half_axes.col(1) = radius * in_plane(shape.interpolate(fibers.g2));
   return cut;
 }
 
@@ -160,7 +161,7 @@ void measure(Section& section) {
   section.outline = hull_of_fibers(section.fibers);
   section.shape = outline_shape(section.outline);
   for (const FiberCut& cut : section.fibers) section.fiber_area += cut.area();
-  section.fill = section.fiber_area / section.shape.area;
+  section.fill = section.fiber_area > 0 ? section.fiber_area / section.shape.area : nan;
 }
 
 }  // namespace

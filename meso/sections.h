@@ -21,7 +21,7 @@ enum class SectionStatus : std::uint8_t {
 [[nodiscard]] std::string_view text(SectionStatus status);
 
 /// Where a fiber passes through a section. Its outline is the ellipse centre + half_axes (cos t, sin t), in the plane
-/// (horizontal, vertical) from the section's origin, m.
+/// (horizontal, vertical) from the section's origin, m; a point where the fiber's radius is unknown.
 struct FiberCut {
   Index fiber = 0;  ///< of the fiber mesh
   double s = 0;     ///< arc length of the fiber there, reference state, m
@@ -42,7 +42,8 @@ struct Section {
   std::vector<Vec2> outline;     ///< counter-clockwise, in the plane, m
   OutlineShape shape;
   double fiber_area = 0;  ///< sum over the fibers, m²
-  double fill = 0;        ///< fiber_area / shape.area; above what packing allows where fibers interpenetrate
+  double fill = 0;        ///< fiber_area / shape.area; above what packing allows where fibers interpenetrate; NaN
+                          ///< where radii are unknown
 };
 
 /// Cuts one yarn in one state, about the mean of its fibers at equal fractions of their lengths. All arguments of the

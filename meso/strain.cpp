@@ -13,6 +13,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -91,6 +92,24 @@ Mat3 yarn_frame(const Vec3& axis) {
   return frame;
 }
 
+namespace {
+
+/// Smallest singular value.
+double smallest_stretch(const Mat3& F) {
+  Eigen::SelfAdjointEigenSolver<Mat3> squares;
+  squares.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(squares.eigenvalues()[0], 0.0));
+}
+
+TetFlag flag_of(const Mat3& F_a, const Mat3& F_b, const Vec3& axis) {
+  // "Not above 0" is true for NaN, too.
+  if (!(F_a.determinant() > 0 && F_b.determinant() > 0 && axis.norm() > 0)) return tet_inverted;
+  const double stretch = std::min(smallest_stretch(F_a), smallest_stretch(F_b));
+  return stretch >= collapse_stretch ? tet_good : tet_collapsed;
+}
+
+}  // namespace
+
 StrainField strain_between(const YarnMesh& mesh, const std::vector<Mat3>& F_a, const std::vector<Mat3>& F_b,
                            const std::vector<Vec3>& tangent_a) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -98,14 +117,14 @@ StrainField strain_between(const YarnMesh& mesh, const std::vector<Mat3>& F_a, c
   for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
     Vec3 axis = Vec3::Zero();
     for (const Index v : mesh.tets[t]) axis += tangent_a[mesh.nodes[v]];
-    const double det_a = F_a[t].determinant(), det_b = F_b[t].determinant();
-    const bool good = det_a > 0 && det_b > 0 && axis.norm() > 0;  // false for NaN, too
-    field.flagged.push_back(good ? 0 : 1);
-    field.n_flagged += good ? 0 : 1;
-    field.det_F.push_back(det_b / det_a);
+    const TetFlag flag = flag_of(F_a[t], F_b[t], axis);
+    field.flagged.push_back(flag);
+    field.n_flagged += flag == tet_good ? 0 : 1;
+    field.n_inverted += flag == tet_inverted ? 1 : 0;
+    field.det_F.push_back(flag == tet_good ? F_b[t].determinant() / F_a[t].determinant() : nan);
     Mat3 E = Mat3::Constant(nan);
     Vec3 principal = Vec3::Constant(nan);
-    if (good) {
+    if (flag == tet_good) {
       const Mat3 frame = yarn_frame(axis);
       E = frame * green_lagrange(F_b[t] * F_a[t].inverse()) * frame.transpose();
       principal = Eigen::SelfAdjointEigenSolver<Mat3>(E, Eigen::EigenvaluesOnly).eigenvalues().reverse();

@@ -32,6 +32,18 @@ class DeformationGradient {
 /// normal to it (the global y where the axis is along z).
 [[nodiscard]] Mat3 yarn_frame(const Vec3& axis);
 
+/// A tetrahedron whose smallest principal stretch against the reference state is less than this has collapsed: its
+/// fibers lie all but in one plane, on the way to change places. What it does from there on has strains without bound
+/// (E ~ 1/λ²), and a few of them outweigh a yarn: meso/README.md has figures.
+inline constexpr double collapse_stretch = 0.2;
+
+/// Why a tetrahedron has no strain.
+enum TetFlag : Index {
+  tet_good = 0,
+  tet_inverted = 1,  ///< det F ≤ 0 in A or in B (or no axis): fibers have changed places
+  tet_collapsed = 2  ///< det F > 0, but the smallest principal stretch is below `collapse_stretch` in A or in B
+};
+
 /// Strain between two states A and B, in A's geometry and in the yarn frame of A: index 0 axial, 1 horizontal, 2
 /// vertical. NaN where flagged.
 struct StrainField {
@@ -39,8 +51,8 @@ struct StrainField {
   std::vector<Vec3> principal;    ///< E_I ≥ E_II ≥ E_III
   std::vector<double> gamma_max;  ///< E_I − E_III
   std::vector<double> det_F;      ///< of F_AB
-  std::vector<Index> flagged;     ///< 1 where det F ≤ 0 in A or in B: fibers have changed places
-  Index n_flagged = 0;
+  std::vector<Index> flagged;     ///< a `TetFlag`
+  Index n_flagged = 0, n_inverted = 0;  ///< of all; of one kind
 };
 
 /// `F_a`, `F_b`: of every tetrahedron of `mesh`, against the reference state. `tangent_a`: dr/ds at the nodes of the

@@ -15,9 +15,9 @@ namespace {
 
 using Tets = std::vector<std::array<Index, 4>>;
 
-/// Largest weight of a point in the Delaunay mesh, fiber distance = node spacing = 1. A hexagonal lattice keeps its
-/// neighbours up to differences of 1.
-constexpr double max_weight = 0.2;
+/// Largest weight of a point in the Delaunay mesh, fiber distance = node spacing = 1, at first; it grows by a tenth of
+/// this with each round. A hexagonal lattice keeps its neighbours up to differences of 1.
+constexpr double first_max_weight = 0.2;
 
 template <std::size_t n, class Point>
 std::array<Point, n> corners(const std::vector<Point>& points, const std::array<Index, n>& cell) {
@@ -76,10 +76,12 @@ Index peel_slivers(Tets& tets, const std::vector<Vec3>& unrolled, double min_dih
 
 /// Four points on a nearly flat square are covered by a flat tetrahedron (a sliver) as easily as they are split by a
 /// diagonal. Small weights of the points, random but the same every time, decide for a diagonal; where that fails,
-/// other weights for the points of the slivers are tried (cf. Cheng et al., Sliver exudation, J. ACM 47, 2000).
+/// other, larger weights for the points of the slivers are tried (cf. Cheng et al., Sliver exudation, J. ACM 47, 2000):
+/// the farther the points are off a lattice, the larger the weights that it takes to turn a sliver.
 Tets delaunay_mesh(const SectionCoordinates& section, const MeshOptions& options, MeshQuality& quality) {
   constexpr int max_rounds = 30;
   std::mt19937 random(1);
+  double max_weight = first_max_weight;
   const auto draw = [&] { return max_weight * double(random()) / double(std::mt19937::max()); };
   std::vector<double> weights(section.nodes.size());
   std::generate(weights.begin(), weights.end(), draw);
@@ -96,6 +98,7 @@ Tets delaunay_mesh(const SectionCoordinates& section, const MeshOptions& options
       ++n_slivers;
       for (const Index v : tet) in_sliver[v] = true;
     }
+    max_weight = first_max_weight * (1 + 0.1 * (round + 1));
     for (std::size_t v = 0; v < weights.size(); ++v)
       if (in_sliver[v]) weights[v] = draw();
     if (n_slivers >= fewest) continue;

@@ -50,18 +50,27 @@ struct YarnsVtkWriter::Impl {
 
 namespace {
 
-/// One array over the cells of all yarns: `value(field, cell)`.
-template <class T, class Value>
-void add_cells(vtkUnstructuredGrid* grid, const char* name, const std::vector<StrainField>& strains, Value&& value) {
-  std::vector<T> values;
-  for (const StrainField& field : strains)
-    for (std::size_t c = 0; c < field.E.size(); ++c) values.push_back(value(field, c));
-  micro::add_array(grid->GetCellData(), name, values);
+/// One array over all yarns, one entry after the other: `values(yarn)` are those of a yarn.
+template <class T, class Values>
+void add(vtkFieldData* data, const char* name, const std::vector<YarnFields>& yarns, Values&& values) {
+  std::vector<T> all;
+  for (const YarnFields& yarn : yarns) {
+    const auto& own = values(yarn);
+    all.insert(all.end(), own.begin(), own.end());
+  }
+  micro::add_array(data, name, all);
 }
 
-void add_strains(vtkUnstructuredGrid* grid, const std::vector<StrainField>& strains) {
+/// Components, principal values and the like of the members that `StrainField` and `NodalStrain` share; `part` picks
+/// one of the two.
+template <class Part>
+void add_strains(vtkFieldData* data, const std::vector<YarnFields>& yarns, Part&& part) {
   const auto component = [&](const char* name, int i, int j) {
-    add_cells<double>(grid, name, strains, [=](const StrainField& field, std::size_t c) { return field.E[c](i, j); });
+    add<double>(data, name, yarns, [&](const YarnFields& yarn) {
+      std::vector<double> values;
+      for (const Mat3& E : part(yarn).E) values.push_back(E(i, j));
+      return values;
+    });
   };
   component("E_axial", 0, 0);
   component("E_horizontal", 1, 1);
@@ -71,12 +80,14 @@ void add_strains(vtkUnstructuredGrid* grid, const std::vector<StrainField>& stra
   component("E_horizontal_vertical", 1, 2);
   const char* principal[] = {"E_I", "E_II", "E_III"};
   for (int i = 0; i < 3; ++i)
-    add_cells<double>(grid, principal[i], strains,
-                      [=](const StrainField& field, std::size_t c) { return field.principal[c][i]; });
-  add_cells<double>(grid, "gamma_max", strains,
-                    [](const StrainField& field, std::size_t c) { return field.gamma_max[c]; });
-  add_cells<double>(grid, "det_F", strains, [](const StrainField& field, std::size_t c) { return field.det_F[c]; });
-  add_cells<Index>(grid, "flagged", strains, [](const StrainField& field, std::size_t c) { return field.flagged[c]; });
+    add<double>(data, principal[i], yarns, [&](const YarnFields& yarn) {
+      std::vector<double> values;
+      for (const Vec3& E : part(yarn).principal) values.push_back(E[i]);
+      return values;
+    });
+  add<double>(data, "gamma_max", yarns, [&](const YarnFields& yarn) { return part(yarn).gamma_max; });
+  add<double>(data, "det_F", yarns, [&](const YarnFields& yarn) { return part(yarn).det_F; });
+  add<Index>(data, "flagged", yarns, [&](const YarnFields& yarn) { return part(yarn).flagged; });
 }
 
 }  // namespace
@@ -89,11 +100,16 @@ YarnsVtkWriter::~YarnsVtkWriter() = default;
 
 std::filesystem::path YarnsVtkWriter::pvd() const { return impl_->series.pvd(); }
 
-void YarnsVtkWriter::append(Index index, const micro::Increment& state_b, const std::vector<StrainField>& strains) {
+void YarnsVtkWriter::append(Index index, const micro::Increment& state_b, const std::vector<YarnFields>& yarns) {
   vtkNew<vtkUnstructuredGrid> grid;
   impl_->add_geometry(grid, state_b.fibers.r);
   impl_->add_yarns(grid);
-  add_strains(grid, strains);
+  add_strains(grid->GetCellData(), yarns, [](const YarnFields& yarn) -> const auto& { return yarn.strain; });
+  add_strains(grid->GetPointData(), yarns, [](const YarnFields& yarn) -> const auto& { return yarn.nodal; });
+  add<Index>(grid->GetCellData(), "shear_zone", yarns, [](const YarnFields& yarn) { return yarn.zones.zone; });
+  add<double>(grid->GetCellData(), "shear_contrast", yarns,
+              [](const YarnFields& yarn) { return yarn.zones.contrast; });
+  add<double>(grid->GetPointData(), "D2_min", yarns, [](const YarnFields& yarn) { return yarn.D2_min; });
   micro::add_load(grid, state_b.stage, state_b.stage_time);
   micro::add_array(grid->GetFieldData(), "from", std::vector<Index>{impl_->from});
   vtkNew<vtkXMLUnstructuredGridWriter> writer;

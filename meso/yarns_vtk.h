@@ -10,7 +10,12 @@
 /// | E_I, E_II, E_III | cells | principal strains, largest first |
 /// | gamma_max | cells | E_I − E_III |
 /// | det_F | cells | ratio of volumes |
-/// | flagged | cells | 1: inverted in A or B, so that there is no strain |
+/// | all of these | points | the same, recovered: see `nodal_strain` |
+/// | flagged | cells | 1: inverted in A or B; 2: collapsed; neither has a strain |
+/// | flagged | points | 1: no tetrahedron around it has a strain |
+/// | shear_zone | cells | number of the zone of high gamma_max, largest first; 0: none |
+/// | shear_contrast | cells | gamma_max above its surroundings, in standard deviations |
+/// | D2_min | points | non-affine motion D²_min / d², see `non_affine_residual`; NaN with too few neighbours |
 /// | yarn, family | cells | index; 0: warp, 1: weft, 2: neither |
 /// | displacement | points | from A to B, m |
 /// | load, stage_time, from | field | stage of B, 0…1 within it, increment number of A |
@@ -21,7 +26,7 @@
 #include <memory>
 #include <vector>
 
-#include "meso/strain.h"
+#include "meso/yarn_fields.h"
 #include "micro/io/snapshot.h"
 
 namespace trame::meso {
@@ -35,8 +40,8 @@ class YarnsVtkWriter {
   YarnsVtkWriter(const YarnsVtkWriter&) = delete;
   YarnsVtkWriter& operator=(const YarnsVtkWriter&) = delete;
 
-  /// Writes state B = `index` with one strain field per mesh. Throws InputError where it cannot be written.
-  void append(Index index, const micro::Increment& state_b, const std::vector<StrainField>& strains);
+  /// Writes state B = `index` with the fields of each mesh. Throws InputError where it cannot be written.
+  void append(Index index, const micro::Increment& state_b, const std::vector<YarnFields>& yarns);
   [[nodiscard]] std::filesystem::path pvd() const;
 
  private:

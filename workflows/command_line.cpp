@@ -41,12 +41,22 @@ std::optional<Options> parse_command_line(int argc, const char* const* argv, con
   app.add_option("--out", options.out, "Folder for the results [results/<scene>]");
   app.add_flag("--overwrite", options.overwrite, "Replace the files of an earlier run in that folder");
   app.add_option("--threads", options.n_threads, "Threads [all cores]")->check(CLI::Range(1, 1024));
-  app.add_option("--alpha", options.alpha, "Weft strain over warp strain in the last stage, instead of the scene's");
+  auto* alpha = app.add_option("--alpha", options.alpha,
+                               "Weft strain over warp strain in the last stage, instead of the scene's");
+  auto* accuracy = app.add_option(
+      "--accuracy", options.accuracy,
+      "Such as 1%: the cheapest settings whose error stayed below it in the scene's study by accuracy_cost");
+  auto* settings =
+      app.add_option("--set", options.settings, "knob=value: a change of the scene, as accuracy_cost makes them")
+          ->allow_extra_args(false);
   auto* start_from = app.add_option("--start-from", options.start_from,
                                     "State file of another run of these fibers: begin where its stage --after ended");
-  auto* after = app.add_option("--after", options.after, "Stage of that run; the scene's stages after it are simulated");
+  auto* after =
+      app.add_option("--after", options.after, "Stage of that run; the scene's stages after it are simulated");
   start_from->needs(after)->check(CLI::ExistingFile);
   after->needs(start_from);
+  // The study knows the scene as it is, from its start.
+  accuracy->excludes(settings)->excludes(alpha)->excludes(start_from);
   app.add_flag("--check", options.check, "Check the scene, say what would be simulated, and stop");
   auto* print_schema = app.add_flag("--print-schema", options.print_schema, "Print every key of a scene, and stop");
   app.add_flag("-v,--verbose", options.verbose, "Print the residual of every Newton iteration");

@@ -46,8 +46,9 @@ void make_ready(const fs::path& root, bool overwrite) {
 }  // namespace
 
 bool is_run_output(const std::string& relative_path) {
-  static const std::regex names(R"((states\.h5|(summary\.json|curves\.csv|curves\.gp|curves\.svg)(\.part)?)"
-                                R"(|vtk/(fibers|yarns)(\.pvd|_[0-9]+\.vt[pu])))");
+  static const std::regex names(R"(states\.h5|report\.html)"
+                                R"(|(summary\.json|curves\.csv|curves\.gp|curves\.svg)(\.part)?)"
+                                R"(|vtk/(fibers|yarns)(\.pvd|_[0-9]+\.vt[pu]))");
   return std::regex_match(relative_path, names);
 }
 

@@ -18,6 +18,7 @@ class OutputDirectory {
   [[nodiscard]] std::filesystem::path states() const { return root_ / "states.h5"; }
   [[nodiscard]] std::filesystem::path summary() const { return root_ / "summary.json"; }
   [[nodiscard]] std::filesystem::path curves() const { return root_ / "curves.csv"; }
+  [[nodiscard]] std::filesystem::path report() const { return root_ / "report.html"; }
   [[nodiscard]] std::filesystem::path vtk() const { return root_ / "vtk"; }
 
  private:

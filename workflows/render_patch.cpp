@@ -11,8 +11,8 @@
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/io/snapshot.h"
-#include "workflows/display.h"
-#include "workflows/patch_picture.h"
+#include "workflows/picture/display.h"
+#include "workflows/picture/patch_picture.h"
 #include "workflows/saved_state.h"
 
 namespace {
@@ -73,7 +73,7 @@ void run(const Arguments& arguments) {
   check_out(arguments.out);
   const PictureOptions options{views.at(arguments.view), parse_cut(arguments.at), arguments.width};
   const SnapshotReader states(arguments.states);
-  const trame::Index increment = find_state(states, "--increment", arguments.increment);
+  const trame::Index increment = find_state(trame::meso::RunStates(states), "--increment", arguments.increment);
   // VTK would end the process.
   if (!display_answers())
     throw InputError(

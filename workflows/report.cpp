@@ -1,27 +1,22 @@
 #include "workflows/report.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
+#include <cstdint>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace trame::workflows {
 
 namespace {
 
-/// RFC 4180: quoted where it holds a comma, a quote or a line break.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
-
-/// Largest resident memory of this process so far; the kernel counts kilobytes.
+/// Largest resident memory of this program so far; the kernel counts kilobytes. Not that of getrusage, which starts with
+/// the memory of the process that started this one.
 std::int64_t peak_memory_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return 1024 * static_cast<std::int64_t>(usage.ru_maxrss);
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (std::int64_t kilobytes = 0; word == "VmHWM:" && status >> kilobytes) return 1024 * kilobytes;
+  return 0;
 }
 
 nlohmann::json seconds_json(const Timers& timers) {
@@ -33,6 +28,13 @@ nlohmann::json seconds_json(const Timers& timers) {
 }
 
 }  // namespace
+
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
 
 std::string curves_csv(const std::vector<micro::CurvePoint>& curve) {
   std::string text = "stage,stage_time,warp_strain,weft_strain,warp_force_N,weft_force_N\n";

@@ -11,6 +11,9 @@
 
 namespace trame::workflows {
 
+/// A field of a CSV table by RFC 4180: quoted where it holds a comma, a quote or a line break.
+[[nodiscard]] std::string csv_field(const std::string& text);
+
 /// A line for each increment: stage, time within it (0…1), strains and forces (N) of the warp and weft sides.
 [[nodiscard]] std::string curves_csv(const std::vector<micro::CurvePoint>& curve);
 

@@ -1,10 +1,13 @@
-/// Simulates a scene and computes the strains of its yarns: the whole way from a TOML file to a folder of results.
+/// Simulates a scene, computes the strains of its yarns and writes a report: the whole way from a TOML file to a folder
+/// of results.
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "meso/analyse.h"
+#include "workflows/report/html_report.h"
 #include "workflows/workflow.h"
 
 namespace trame::workflows {
@@ -39,14 +42,27 @@ nlohmann::json analyse_yarns(const OutputDirectory& out, int n_threads, Timers& 
   return yarns_json(states, analysis);
 }
 
+void report(const OutputDirectory& out, Terminal& terminal) {
+  const meso::RunStates states(out.states());
+  const std::string lacks = write_report({.states = states,
+                                          .pairs = pairs_of_run(states),
+                                          .file = out.report(),
+                                          .yarns = {},
+                                          .summary = out.summary(),
+                                          .curves = std::filesystem::exists(out.curves()) ? out.curves() : ""});
+  if (!lacks.empty()) terminal.line("The report lacks something: " + lacks);
+}
+
 }  // namespace
 
 }  // namespace trame::workflows
 
 int main(int argc, char** argv) {
   using namespace trame::workflows;
-  return run_program({.name = "run_workflow",
-                      .description = "Simulates the fibers of a scene, then computes the strains of its yarns.",
-                      .from_states = analyse_yarns},
-                     argc, argv);
+  return run_program(
+      {.name = "run_workflow",
+       .description = "Simulates the fibers of a scene, then computes the strains of its yarns and writes a report.",
+       .from_states = analyse_yarns,
+       .from_results = report},
+      argc, argv);
 }

@@ -4,12 +4,12 @@
 
 #include <string>
 
-#include "micro/io/snapshot.h"
+#include "meso/fiber_states.h"
 
 namespace trame::workflows {
 
-/// The increment that `text` names: a number, the name of a stage (its end), or "last". Throws InputError that names
-/// `option`.
-[[nodiscard]] Index find_state(const micro::SnapshotReader& states, const std::string& option, const std::string& text);
+/// The state that `text` names: a number, the name of a stage (its end), or "last". Throws InputError that names
+/// `option`, or the states where there is none yet.
+[[nodiscard]] Index find_state(const meso::FiberStates& states, const std::string& option, const std::string& text);
 
 }  // namespace trame::workflows

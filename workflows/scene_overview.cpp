@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 
 #include "workflows/terminal.h"
@@ -16,41 +17,104 @@ namespace {
 const char* model_name(FiberModel model) { return model == FiberModel::enriched ? "enriched" : "rod"; }
 const char* model_effect(FiberModel model) { return model == FiberModel::enriched ? "enriched beams" : "rods"; }
 
+/// "effects.friction = true", and whether the scene says so itself.
+std::string effect_key(const Scene& scene, const std::string& name, const std::string& value) {
+  const auto& stated = scene.stated_effects;
+  const bool is_stated = std::find(stated.begin(), stated.end(), name) != stated.end();
+  return fmt::format("effects.{} = {}{}", name, value, is_stated ? "" : " (default)");
+}
+
+PricedEffect priced(FiberModel model) {
+  return model == FiberModel::enriched ? PricedEffect::enriched_beams : PricedEffect::rods;
+}
+
+/// Models of the fibers. A fiber type calls for its model only where fibers are of the type and a stage leaves them
+/// their own.
 std::vector<CalledEffect> fiber_effects(const Scene& scene) {
   std::vector<CalledEffect> called;
-  for (const FiberType& type : scene.fiber_types)
+  const auto by_type = [](const Stage& stage) { return !stage.fiber_model; };
+  if (scene.stages.empty() || std::any_of(scene.stages.begin(), scene.stages.end(), by_type))
+    for (const Index t : fiber_types_in_use(scene)) {
+      const FiberType& type = scene.fiber_types[t];
+      called.push_back({priced(type.model), model_effect(type.model),
+                        fmt::format("fiber_type.{}.model = \"{}\"", type.name, model_name(type.model))});
+    }
+  for (const Stage& stage : scene.stages)
+    if (stage.fiber_model)
+      called.push_back(
+          {priced(*stage.fiber_model), model_effect(*stage.fiber_model),
+           fmt::format("fiber_model = \"{}\" of stage \"{}\"", model_name(*stage.fiber_model), stage.name)});
+  if (scene.twist_stretch)
     called.push_back(
-        {model_effect(type.model), fmt::format("fiber_type.{}.model = \"{}\"", type.name, model_name(type.model))});
-  if (scene.twist_stretch) called.push_back({"coupling of twist and stretch", "effects.twist_stretch = true"});
+        {PricedEffect::twist_stretch, "coupling of twist and stretch", effect_key(scene, "twist_stretch", "true")});
   return called;
 }
 
-std::vector<CalledEffect> contact_effects(const ContactSettings& contact) {
+std::vector<CalledEffect> contact_effects(const Scene& scene) {
+  const ContactSettings& contact = scene.contact;
   if (contact.scope == ContactScope::none) return {};
   const bool all = contact.scope == ContactScope::all;
   std::vector<CalledEffect> called;
-  called.push_back({all ? "contact of all fibers" : "contact of fibers of different yarns",
-                    fmt::format("effects.contact = \"{}\"", all ? "all" : "between_yarns")});
-  if (contact.self_contact) called.push_back({"contact of a fiber with itself", "effects.self_contact = true"});
-  if (contact.friction)
+  called.push_back({PricedEffect::contact, all ? "contact of all fibers" : "contact of fibers of different yarns",
+                    effect_key(scene, "contact", all ? "\"all\"" : "\"between_yarns\"")});
+  if (contact.self_contact)
     called.push_back(
-        {fmt::format("friction, coefficient {:g}", contact.friction_coefficient), "effects.friction = true"});
+        {PricedEffect::self_contact, "contact of a fiber with itself", effect_key(scene, "self_contact", "true")});
+  const auto rubs = [](const Stage& stage) { return stage.friction; };
+  const bool somewhere = scene.stages.empty() || std::any_of(scene.stages.begin(), scene.stages.end(), rubs);
+  if (contact.friction && contact.friction_coefficient > 0 && somewhere)
+    called.push_back({PricedEffect::friction, fmt::format("friction, coefficient {:g}", contact.friction_coefficient),
+                      effect_key(scene, "friction", "true")});
   if (contact.adapt_penalty)
-    called.push_back({fmt::format("penalties adapted toward a penetration of {:g} R", contact.target_penetration),
-                      "effects.adapt_penalty = true"});
+    called.push_back({PricedEffect::adaptation,
+                      fmt::format("penalties adapted to penetrate by {:g} R", contact.target_penetration),
+                      effect_key(scene, "adapt_penalty", "true")});
+  return called;
+}
+
+std::vector<CalledEffect> body_effects(const Scene& scene) {
+  std::vector<CalledEffect> called;
+  if (scene.weave) called.push_back({PricedEffect::bodies, "rigid bodies and their ties", "[weave]"});
+  if (!scene.bodies.empty()) called.push_back({PricedEffect::bodies, "rigid bodies and their ties", "[[body]]"});
   return called;
 }
 
 std::vector<CalledEffect> stage_effects(const Stage& stage) {
   std::vector<CalledEffect> called;
-  const auto add = [&](std::string effect, const std::string& key) {
-    called.push_back({std::move(effect), fmt::format("{} of stage \"{}\"", key, stage.name)});
+  const auto add = [&](PricedEffect kind, std::string effect, const std::string& key) {
+    called.push_back({kind, std::move(effect), fmt::format("{} of stage \"{}\"", key, stage.name)});
   };
-  if (stage.fiber_model)
-    add(model_effect(*stage.fiber_model), fmt::format("fiber_model = \"{}\"", model_name(*stage.fiber_model)));
-  if (stage.separate_yarns) add("crossing order of the weave", "separate_yarns = true");
-  if (stage.proximal_start > 0) add("proximal damping", fmt::format("proximal_start = {:g}", stage.proximal_start));
+  const auto drives = [&](DriveMode mode) {
+    return std::any_of(stage.drives.begin(), stage.drives.end(), [=](const Drive& d) { return d.mode == mode; });
+  };
+  if (stage.separate_yarns) add(PricedEffect::crossing_order, "crossing order of the weave", "separate_yarns = true");
+  if (drives(DriveMode::follow)) add(PricedEffect::follow, "bodies that follow others", "follow");
+  if (drives(DriveMode::force)) add(PricedEffect::loads, "forces and moments on bodies", "force");
+  if (stage.proximal_start > 0)
+    add(PricedEffect::proximal, "proximal damping", fmt::format("proximal_start = {:g}", stage.proximal_start));
   return called;
+}
+
+/// An effect a line, with what it costs; further keys that call for it on lines of their own.
+std::string effects_text(const Scene& scene, const CostEstimate& cost) {
+  const std::vector<CalledEffect> called = called_effects(scene);
+  std::string text = fmt::format("  {:<40}{:>9}{:>9}{:>9}  {}\n", "effect", "dofs", "memory", "time", "called for by");
+  for (int kind = 0; kind < n_priced_effects; ++kind) {
+    bool first = true;
+    for (const CalledEffect& call : called) {
+      if (call.kind != static_cast<PricedEffect>(kind)) continue;
+      const auto price = std::find_if(cost.effects.begin(), cost.effects.end(),
+                                      [&](const EffectCost& c) { return c.effect == call.kind; });
+      if (first && price != cost.effects.end())
+        text += fmt::format("  {:<40}{:>9}{:>9}{:>9}  {}\n", call.effect, price->n_dofs, bytes_text(price->bytes),
+                            duration_text(price->seconds), call.key);
+      else
+        text += fmt::format("  {:<67}  {}\n", first ? call.effect : "", call.key);
+      first = false;
+    }
+  }
+  return text + fmt::format("  {:<49}{:>9}{:>9}\n", "all, with program and files", bytes_text(cost.bytes),
+                            duration_text(cost.seconds));
 }
 
 std::string drive_text(const Drive& drive) {
@@ -93,23 +157,24 @@ std::vector<CalledEffect> called_effects(const Scene& scene) {
   const auto append = [&](const std::vector<CalledEffect>& more) {
     called.insert(called.end(), more.begin(), more.end());
   };
-  append(contact_effects(scene.contact));
+  append(contact_effects(scene));
+  append(body_effects(scene));
   for (const Stage& stage : scene.stages) append(stage_effects(stage));
   return called;
 }
 
-std::string size_text(const ModelSize& size) {
+std::string size_text(const ModelSize& size, const CostEstimate& cost) {
   return fmt::format("{} fibers, {} nodes, {} dofs, {} bodies; about {} and {}", size.n_fibers, size.n_nodes,
-                     size.n_dofs, size.n_bodies, duration_text(size.estimated_seconds),
-                     bytes_text(size.estimated_bytes));
+                     size.n_dofs, size.n_bodies, duration_text(cost.seconds), bytes_text(cost.bytes));
 }
 
-std::string scene_overview(const Scene& scene, const ModelSize& size) {
-  std::string text = fmt::format("Size: {} (order of magnitude, two cores)\n", size_text(size));
+std::string scene_overview(const Scene& scene, const ModelSize& size, const CostEstimate& cost) {
+  std::string text = fmt::format("Size: {}\n", size_text(size, cost));
   text += bodies_text(scene, size.n_bodies);
-  text += "Effects, and the keys that call for them:\n";
-  for (const CalledEffect& called : called_effects(scene))
-    text += fmt::format("  {:<48} {}\n", called.effect, called.key);
+  text +=
+      "Effects, what each costs (order of magnitude, two cores; memory in the stage with most), and the keys that call "
+      "for them:\n";
+  text += effects_text(scene, cost);
   text += "Stages:\n";
   for (std::size_t i = 0; i < scene.stages.size(); ++i)
     text += stage_text(scene.stages[i], i < size.n_dofs_per_stage.size() ? size.n_dofs_per_stage[i] : size.n_dofs,

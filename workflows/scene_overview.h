@@ -5,21 +5,24 @@
 #include <string>
 #include <vector>
 
+#include "micro/cost_estimate.h"
 #include "micro/simulate.h"
 
 namespace trame::workflows {
 
-/// An effect that a scene calls for, and the key that does.
+/// An effect that a scene calls for, and the key that does; of keys that the scene leaves out, their default.
 struct CalledEffect {
+  micro::PricedEffect kind{};
   std::string effect;
   std::string key;
 };
 [[nodiscard]] std::vector<CalledEffect> called_effects(const micro::Scene& scene);
 
-/// One line: "fibers 66, nodes 1,782, …, about 30 s and 200 MB".
-[[nodiscard]] std::string size_text(const micro::ModelSize& size);
+/// One line: "30 fibers, 810 nodes, …; about 30 s and 200 MB".
+[[nodiscard]] std::string size_text(const micro::ModelSize& size, const micro::CostEstimate& cost);
 
-/// Title, sizes, bodies, effects with the keys that call for them, stages with their drives.
-[[nodiscard]] std::string scene_overview(const micro::Scene& scene, const micro::ModelSize& size);
+/// Sizes, bodies, effects with their cost and the keys that call for them, stages with their drives.
+[[nodiscard]] std::string scene_overview(const micro::Scene& scene, const micro::ModelSize& size,
+                                         const micro::CostEstimate& cost);
 
 }  // namespace trame::workflows

@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 #include <vector>
-
-#include "micro/core/error.h"
 
 namespace trame::workflows {
 namespace {
@@ -64,21 +61,6 @@ struct LoadColumns {
 };
 
 }  // namespace
-
-Index find_state(const meso::FiberStates& states, const std::string& option, const std::string& text) {
-  const Index last = states.n_increments() - 1;
-  Index number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (end == text.data() + text.size() && !text.empty()) {
-    if (error == std::errc() && number >= 0 && number <= last) return number;
-    throw InputError(fmt::format("{} {}: allowed are 0 … {}", option, text, last));
-  }
-  if (text == "last") return last;
-  for (Index i = last; i >= 0; --i)
-    if (states.read(i).stage == text) return i;
-  throw InputError(
-      fmt::format("{} {}: neither a number nor the name of a stage nor \"last\"; --list shows them", option, text));
-}
 
 void print_states(const meso::FiberStates& states) {
   const bool is_run = !states.header().version.empty();

@@ -1,5 +1,5 @@
 /// \file
-/// strain_post: strains of yarns between two states of their fibers, for ParaView and as a table.
+/// strain_post: strains of yarns between two states of their fibers, for ParaView, as tables and as a report.
 
 #include <fmt/format.h>
 
@@ -8,15 +8,20 @@
 #include <filesystem>
 #include <new>
 #include <numeric>
+#include <optional>
 #include <regex>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "meso/analyse.h"
+#include "meso/findings.h"
 #include "micro/core/error.h"
 #include "workflows/fiber_nodes.h"
 #include "workflows/file_probe.h"
+#include "workflows/finding_tables.h"
+#include "workflows/report/html_report.h"
+#include "workflows/saved_state.h"
 #include "workflows/state_list.h"
 #include "workflows/strain_tables.h"
 
@@ -28,14 +33,19 @@ using trame::InputError;
 using trame::meso::AnalyseOptions;
 using trame::meso::FiberStates;
 using trame::meso::MeshKind;
+using trame::meso::YarnFindings;
+using trame::micro::FiberConfiguration;
 using namespace trame::workflows;
+
+/// Sections along each yarn, at equal distances.
+constexpr Index n_stations = 12;
 
 struct Arguments {
   std::vector<fs::path> states;
   std::string from = "0", to = "last", mesh = "delaunay";
   AnalyseOptions analyse;
   fs::path out;
-  bool list = false, every = false, overwrite = false;
+  bool list = false, every = false, overwrite = false, no_report = false;
 };
 
 constexpr std::pair<const char*, MeshKind> mesh_kinds[] = {{"delaunay", MeshKind::delaunay},
@@ -44,7 +54,10 @@ constexpr std::pair<const char*, MeshKind> mesh_kinds[] = {{"delaunay", MeshKind
 void define(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", TRAME_VERSION);
   app.footer(
-      "Writes yarns.pvd (ParaView) and strains.csv; with --mesh both, a folder of them for each mesh. Strains are\n"
+      "Writes yarns.pvd (ParaView), strains.csv, bands.csv, orientation.csv and zones.csv (shear bands on sections,\n"
+      "directions in which strains hang together, bands in 3D), with --mesh both in a folder for each mesh;\n"
+      "sections.csv, continuum.csv (may the yarns be taken as continua?) and\n"
+      "report.html. With --every, yarns.pvd and strains.csv hold all states, the others compare A with B. Strains are\n"
       "Green-Lagrange, from state A to state B, in the yarn frame of A: axial along the fibers, vertical along z made\n"
       "normal to it, horizontal across. Meshes belong to the first state. Layouts of files: micro/io/README.md.\n"
       "Exit codes: 0 done, 2 bad input.");
@@ -64,6 +77,7 @@ void define(CLI::App& app, Arguments& arguments) {
   app.add_option("--threads", arguments.analyse.n_threads, "Number of threads; 0: all cores")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
+  app.add_flag("--no-report", arguments.no_report, "Without report.html, whose pictures take some seconds");
   app.add_flag("--overwrite", arguments.overwrite, "Write into a folder that is not empty");
   app.add_flag("--list", arguments.list, "List the states, their loads and the yarns, and end");
 }
@@ -79,7 +93,7 @@ void check_out(const fs::path& out, bool overwrite) {
 
 void remove_earlier_results(const fs::path& out) {
   if (!fs::exists(out)) return;
-  const std::regex ours(R"(yarns(\.pvd|_[0-9]+\.vtu)|strains\.csv)");
+  const std::regex ours(R"(yarns(\.pvd|_[0-9]+\.vtu)|(strains|sections|bands|orientation|zones|continuum)\.csv|report\.html)");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(out))
     if (std::regex_match(entry.path().filename().string(), ours)) files.push_back(entry.path());
@@ -95,27 +109,82 @@ std::vector<Index> states_to_compare(Index a, Index b, bool every) {
   return all;
 }
 
+/// Where the results of one kind of mesh go.
+fs::path mesh_folder(const Arguments& arguments, const std::string& mesh) {
+  return arguments.mesh == "both" ? arguments.out / mesh : arguments.out;
+}
+
 std::vector<MeshedStrains> analyse_all(const FiberStates& states, const Arguments& arguments) {
-  const bool both = arguments.mesh == "both";
   std::vector<MeshedStrains> results;
   for (const auto& [name, kind] : mesh_kinds) {
-    if (!both && arguments.mesh != name) continue;
-    const fs::path folder = both ? arguments.out / name : arguments.out;
+    if (arguments.mesh != "both" && arguments.mesh != name) continue;
     AnalyseOptions options = arguments.analyse;
     options.mesh.kind = kind;
-    options.vtk_folder = folder;
+    options.vtk_folder = mesh_folder(arguments, name);
+    std::optional<StrainsCsv> csv;  // no file before the first state is analysed
+    options.on_state = [&](const auto& rows) {
+      if (!csv) csv.emplace(options.vtk_folder / "strains.csv", states.header().mesh.yarns);
+      csv->append(rows);
+    };
     results.push_back({name, trame::meso::analyse(states, options)});
-    write_strains_csv(folder / "strains.csv", states.header().mesh.yarns, results.back().analysis);
   }
   return results;
+}
+
+void write_tables(const Arguments& arguments, const std::vector<trame::micro::Yarn>& yarns,
+                  const std::vector<MeshedStrains>& results, const std::vector<YarnFindings>& findings) {
+  write_sections_csv(arguments.out / "sections.csv", yarns, findings);
+  write_continuum_csv(arguments.out / "continuum.csv", yarns, findings);
+  for (const MeshedStrains& result : results) {
+    write_bands_csv(mesh_folder(arguments, result.mesh) / "bands.csv", yarns, result);
+    write_orientation_csv(mesh_folder(arguments, result.mesh) / "orientation.csv", yarns, result);
+    write_zones_csv(mesh_folder(arguments, result.mesh) / "zones.csv", yarns, result);
+  }
+}
+
+/// With what a run wrote beside its states.
+void report(const FiberStates& states, const Arguments& arguments, Index a, Index b) {
+  const fs::path folder = fs::absolute(arguments.states[0]).parent_path();
+  const auto beside = [&](const char* name) {
+    const bool is_run = !states.header().version.empty();
+    return is_run && fs::exists(folder / name) ? folder / name : fs::path();
+  };
+  const std::string lacks = write_report({.states = states,
+                                          .pairs = {{a, b}},
+                                          .file = arguments.out / "report.html",
+                                          .yarns = arguments.analyse.yarns,
+                                          .summary = beside("summary.json"),
+                                          .curves = beside("curves.csv")});
+  if (!lacks.empty()) fmt::print("report.html: {}\n", lacks);
+}
+
+void compare(const FiberStates& states, const Arguments& arguments, Index a, Index b) {
+  const std::vector<trame::micro::Yarn>& yarns = states.header().mesh.yarns;
+  const int n_threads = arguments.analyse.n_threads;
+  std::vector<MeshedStrains> results = analyse_all(states, arguments);
+  const FiberConfiguration in_a = states.read(a).fibers, in_b = states.read(b).fibers;
+  const std::vector<YarnFindings> findings = trame::meso::yarn_findings(
+      states, trame::meso::choose_yarns(yarns, arguments.analyse.yarns), in_a, in_b, n_stations, n_threads);
+  for (MeshedStrains& result : results) {
+    result.bands = trame::meso::yarn_bands(result.analysis, findings, in_a.r, n_threads);
+    result.orientations = trame::meso::yarn_orientations(result.analysis, findings, in_a.r, n_threads);
+  }
+  write_tables(arguments, yarns, results, findings);
+  fmt::print("Strains from increment {} to {}:\n", a, b);
+  print_strains(yarns, results);
+  for (const MeshedStrains& result : results) {
+    fmt::print("\nSections, bands and zones of the {} mesh:\n", result.mesh);
+    print_findings(yarns, findings, result);
+  }
+  print_validity(yarns, findings);
+  if (!arguments.no_report) report(states, arguments, a, b);
+  fmt::print("\nResults in {}; ParaView: open yarns.pvd, Apply, colour by E_axial\n", arguments.out.string());
 }
 
 void run(Arguments& arguments) {
   probe(arguments.states[0].string(), [&] { (void)open_states(arguments.states)->read(0); });
   const auto opened = open_states(arguments.states);
   const FiberStates& states = *opened;
-  if (states.n_increments() == 0)
-    throw InputError(fmt::format("{}: holds no increment yet", arguments.states[0].string()));
   if (arguments.list) return print_states(states);
   const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
   arguments.analyse.from = a;
@@ -126,12 +195,7 @@ void run(Arguments& arguments) {
   (void)trame::meso::choose_yarns(states.header().mesh.yarns, arguments.analyse.yarns);
   for (const fs::path& folder : {arguments.out, arguments.out / "delaunay", arguments.out / "swept"})
     remove_earlier_results(folder);
-  const std::vector<MeshedStrains> results = analyse_all(states, arguments);
-  fmt::print("Strains from increment {} to {}:\n", a, b);
-  print_strains(states.header().mesh.yarns, results, b);
-  for (const MeshedStrains& result : results)
-    fmt::print("Results: {} (ParaView: open, Apply, colour by E_axial)\n         {}\n", result.analysis.pvd.string(),
-               (result.analysis.pvd.parent_path() / "strains.csv").string());
+  compare(states, arguments, a, b);
 }
 
 std::string too_large(const Arguments& arguments) {

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
+#include <system_error>
+#include <utility>
 
 #include "micro/core/error.h"
 
@@ -14,9 +15,9 @@ using meso::Analysis;
 using meso::MeshStatus;
 using meso::YarnStrain;
 
-const YarnStrain* find_row(const Analysis& analysis, Index yarn, Index increment) {
+const YarnStrain* find_row(const Analysis& analysis, Index yarn) {
   for (const YarnStrain& row : analysis.strains)
-    if (row.yarn == yarn && row.increment == increment) return &row;
+    if (row.yarn == yarn) return &row;
   return nullptr;
 }
 
@@ -32,47 +33,54 @@ void print_oddities(const std::vector<micro::Yarn>& yarns, const MeshedStrains& 
 
 void print_row(const std::string& yarn, const std::string& mesh, const YarnStrain& row) {
   fmt::print("{:<12} {:<10} {:>8} {:>8}  {:>10.3e} ({:>9.2e} … {:>9.2e})  {:>10.3e} {:>10.3e} {:>10.3e}\n", yarn, mesh,
-             row.n_tets, row.n_flagged, row.axial.mean, row.axial.min, row.axial.max, row.horizontal.mean,
-             row.vertical.mean, row.gamma_max.mean);
+             row.n_tets, row.n_flagged, row.axial.mean, row.axial.quantile_05, row.axial.quantile_95,
+             row.horizontal.mean, row.vertical.mean, row.gamma_max.mean);
 }
 
-void print_difference(const std::string& yarn, const YarnStrain& a, const YarnStrain& b) {
-  fmt::print("{:<12} {:<10} {:>8} {:>8}  {:>10.3e} {:25}  {:>10.3e} {:>10.3e} {:>10.3e}\n", yarn, "difference", "", "",
+void print_difference(const YarnStrain& a, const YarnStrain& b) {
+  fmt::print("{:<12} {:<10} {:>8} {:>8}  {:>10.3e} {:25}  {:>10.3e} {:>10.3e} {:>10.3e}\n", "", "difference", "", "",
              b.axial.mean - a.axial.mean, "", b.horizontal.mean - a.horizontal.mean, b.vertical.mean - a.vertical.mean,
              b.gamma_max.mean - a.gamma_max.mean);
 }
 
 }  // namespace
 
-void write_strains_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
-                       const Analysis& analysis) {
-  std::ofstream out(file);
-  out << "increment,yarn,n_tets,n_flagged";
+StrainsCsv::StrainsCsv(std::filesystem::path file, const std::vector<micro::Yarn>& yarns)
+    : file_(std::move(file)), yarns_(yarns) {
+  std::error_code error;
+  std::filesystem::create_directories(file_.parent_path(), error);  // what fails shows when the file is opened
+  out_.open(file_);
+  out_ << "increment,yarn,n_tets,n_flagged,n_inverted";
   for (const char* name : {"E_axial", "E_horizontal", "E_vertical", "gamma_max", "det_F"})
-    out << fmt::format(",{0}_mean,{0}_deviation,{0}_min,{0}_max", name);
-  out << '\n';
-  for (const YarnStrain& row : analysis.strains) {
-    out << fmt::format("{},{},{},{}", row.increment, yarns[row.yarn].name, row.n_tets, row.n_flagged);
-    for (const auto& s : {row.axial, row.horizontal, row.vertical, row.gamma_max, row.det_F})
-      out << fmt::format(",{:.9g},{:.9g},{:.9g},{:.9g}", s.mean, s.deviation, s.min, s.max);
-    out << '\n';
-  }
-  if (!out.flush()) throw InputError(fmt::format("{}: cannot be written", file.string()));
+    out_ << fmt::format(",{0}_mean,{0}_deviation,{0}_min,{0}_quantile_05,{0}_median,{0}_quantile_95,{0}_max", name);
+  out_ << '\n';
+  append({});
 }
 
-void print_strains(const std::vector<micro::Yarn>& yarns, const std::vector<MeshedStrains>& all, Index last) {
+void StrainsCsv::append(const std::vector<YarnStrain>& rows) {
+  for (const YarnStrain& row : rows) {
+    out_ << fmt::format("{},{},{},{},{}", row.increment, yarns_[row.yarn].name, row.n_tets, row.n_flagged,
+                        row.n_inverted);
+    for (const auto& s : {row.axial, row.horizontal, row.vertical, row.gamma_max, row.det_F})
+      out_ << fmt::format(",{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", s.mean, s.deviation, s.min,
+                          s.quantile_05, s.median, s.quantile_95, s.max);
+    out_ << '\n';
+  }
+  if (!out_.flush()) throw InputError(fmt::format("{}: cannot be written", file_.string()));
+}
+
+void print_strains(const std::vector<micro::Yarn>& yarns, const std::vector<MeshedStrains>& all) {
   for (const MeshedStrains& strains : all) print_oddities(yarns, strains);
   fmt::print("{:<12} {:<10} {:>8} {:>8}  {:>36}  {:>10} {:>10} {:>10}\n", "yarn", "mesh", "tets", "flagged",
-             "E_axial mean (min … max)", "E_horiz.", "E_vert.", "gamma_max");
+             "E_axial mean (5 % … 95 %)", "E_horiz.", "E_vert.", "gamma_max");
   for (const auto& mesh : all.front().analysis.meshes) {
-    const std::string& name = yarns[mesh.yarn].name;
     std::vector<const YarnStrain*> rows;
     for (const MeshedStrains& strains : all)
-      if (const YarnStrain* row = find_row(strains.analysis, mesh.yarn, last)) {
-        print_row(name, strains.mesh, *row);
+      if (const YarnStrain* row = find_row(strains.analysis, mesh.yarn)) {
+        print_row(rows.empty() ? yarns[mesh.yarn].name : "", strains.mesh, *row);
         rows.push_back(row);
       }
-    if (rows.size() == 2) print_difference(name, *rows[0], *rows[1]);
+    if (rows.size() == 2) print_difference(*rows[0], *rows[1]);
   }
 }
 

@@ -3,10 +3,11 @@
 /// Strains of yarns as numbers: a CSV file, and what a terminal shows.
 
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
-#include "meso/analyse.h"
+#include "meso/findings.h"
 
 namespace trame::workflows {
 
@@ -14,15 +15,28 @@ namespace trame::workflows {
 struct MeshedStrains {
   std::string mesh;  ///< "delaunay" or "swept"
   meso::Analysis analysis;
+  std::vector<std::vector<meso::SectionBands>> bands = {};  ///< on the sections of each of the analysis's meshes
+  std::vector<meso::Orientation> orientations = {};         ///< the same
 };
 
-/// One line per increment and yarn: counts of tetrahedra, then mean, deviation, min and max of each quantity. Throws
-/// InputError where the file cannot be written.
-void write_strains_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
-                       const meso::Analysis& analysis);
+/// strains.csv, written state by state: one line per increment and yarn with counts of tetrahedra, then mean,
+/// deviation, min, quantiles and max of each quantity.
+class StrainsCsv {
+ public:
+  /// Throws InputError where the file cannot be made. `yarns` must outlive the object.
+  StrainsCsv(std::filesystem::path file, const std::vector<micro::Yarn>& yarns);
 
-/// Prints what is odd about the meshes, and the strains at increment `last`; with two kinds of mesh also the
+  /// Throws InputError where the file cannot be written.
+  void append(const std::vector<meso::YarnStrain>& rows);
+
+ private:
+  std::filesystem::path file_;
+  const std::vector<micro::Yarn>& yarns_;
+  std::ofstream out_;
+};
+
+/// Prints what is odd about the meshes, and the strains at the last increment; with two kinds of mesh also the
 /// differences of their means (second − first).
-void print_strains(const std::vector<micro::Yarn>& yarns, const std::vector<MeshedStrains>& all, Index last);
+void print_strains(const std::vector<micro::Yarn>& yarns, const std::vector<MeshedStrains>& all);
 
 }  // namespace trame::workflows

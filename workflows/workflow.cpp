@@ -10,37 +10,79 @@
 #include "micro/io/fibers_vtk.h"
 #include "micro/io/snapshot.h"
 #include "micro/simulate.h"
+#include "workflows/accuracy/estimate.h"
+#include "workflows/accuracy/profile.h"
 #include "workflows/command_line.h"
-#include "workflows/curves_plot.h"
 #include "workflows/environment.h"
 #include "workflows/load_ratio.h"
 #include "workflows/report.h"
+#include "workflows/report/curves_plot.h"
 #include "workflows/scene_overview.h"
 
 namespace trame::workflows {
 
 namespace {
 
-micro::Scene load_scene(const Options& options) {
-  micro::Scene scene = micro::read_scene(find_scene(options.scene, data_directory()));
-  return options.alpha ? with_weft_ratio(std::move(scene), *options.alpha) : scene;
+/// What is simulated, and what is known beforehand about its accuracy.
+struct Task {
+  micro::Scene scene;
+  Settings settings;                    ///< that `scene` has already
+  std::optional<Profile> profile;       ///< of the scene, where there is one that fits
+  std::optional<ProfileRun> known_run;  ///< of the profile, with these settings
+};
+
+/// The profile of a scene; where it is only of use and not asked for, one that is missing or does not fit is no error.
+std::optional<Profile> load_profile(const std::filesystem::path& scene_file, const micro::Scene& scene,
+                                    bool is_asked_for) {
+  const std::filesystem::path file = profile_file(scene_file, data_directory());
+  if (is_asked_for) return read_profile_of(file, scene);
+  try {
+    return read_profile_of(file, scene);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+Task load_task(const Options& options) {
+  const std::filesystem::path file = find_scene(options.scene, data_directory());
+  Task task{micro::read_scene(file), {}, {}, {}};
+  const double accuracy = options.accuracy.empty() ? 0 : parse_accuracy(options.accuracy);
+  const bool is_as_studied = !options.alpha && options.start_from.empty();
+  if (is_as_studied) task.profile = load_profile(file, task.scene, accuracy > 0);
+  for (const std::string& setting : options.settings) task.settings.push_back(parse_setting(setting));
+  if (accuracy > 0) task.settings = choose_settings(*task.profile, accuracy).settings;
+  if (const ProfileRun* run = task.profile ? find_run(*task.profile, task.settings) : nullptr) task.known_run = *run;
+  task.scene = with_settings(std::move(task.scene), task.settings);
+  if (options.alpha) task.scene = with_weft_ratio(std::move(task.scene), *options.alpha);
+  return task;
+}
+
+std::string accuracy_text(const Profile& profile, const ProfileRun& run) {
+  return fmt::format("Settings: {}. Expected error {:.2g} %: {}, against {}. In the study they took {} of CPU time.",
+                     text(run.settings), 100 * profile.expected_error(run), profile.measure, profile.reference,
+                     duration_text(run.cpu_seconds));
 }
 
 micro::SimulationSummary simulate(const micro::Scene& scene, const Options& options, micro::SimulateOptions run,
-                                  const OutputDirectory& out, Terminal& terminal) {
+                                  const OutputDirectory& out, Terminal& terminal, std::vector<EnergyPoint>& energies) {
   run.states = out.states();
   run.n_threads = options.n_threads;
   run.stop = &stop_on_signals();
-  run.on_increment = [&](const micro::Progress& progress) { terminal.progress(progress); };
+  run.on_increment = [&](const micro::Progress& progress) {
+    terminal.progress(progress);
+    energies.push_back({progress.stage, progress.solver->energy});
+  };
   if (options.verbose) run.log = [&](const std::string& text) { terminal.line(text); };
   micro::SimulationSummary summary = micro::simulate(scene, run);
   terminal.end_progress();
   return summary;
 }
 
-void write_summary(const OutputDirectory& out, const micro::Scene& scene, const Options& options,
+void write_summary(const OutputDirectory& out, const Task& task, const Options& options,
                    const micro::SimulationSummary& summary, const nlohmann::json& derived) {
-  nlohmann::json json = summary_json(scene.name, options.alpha, summary);
+  nlohmann::json json = summary_json(task.scene.name, options.alpha, summary);
+  json["settings"] = nlohmann::json::object();
+  for (const Setting& setting : task.settings) json["settings"][setting.knob] = setting.value;
   json.update(derived);
   write_whole_file(out.summary(), json.dump(2) + "\n");
 }
@@ -62,7 +104,8 @@ void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
 }
 
 void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds) {
-  static constexpr std::array<std::pair<const char*, const char*>, 6> files = {{
+  static constexpr std::array<std::pair<const char*, const char*>, 7> files = {{
+      {"report.html", "all of it at a glance: open in a browser"},
       {"summary.json", "sizes, accuracy, energies, times"},
       {"curves.csv", "strains and forces of the sides"},
       {"curves.svg", "their picture"},
@@ -84,29 +127,44 @@ void write_curves(const OutputDirectory& out, const micro::Scene& scene, const m
 }
 
 /// Where to start from; checked before an earlier run is overwritten.
-micro::SimulateOptions start_of(const micro::Scene& scene, const Options& options, const std::filesystem::path& folder) {
+micro::SimulateOptions start_of(const micro::Scene& scene, const Options& options,
+                                const std::filesystem::path& folder) {
   micro::SimulateOptions run;
   run.start_from = options.start_from;
   run.after = options.after;
   std::error_code none;
   if (std::filesystem::equivalent(run.start_from, folder / "states.h5", none))
-    throw InputError(fmt::format("--start-from {}: the results would be written over it; choose another --out", options.start_from));
+    throw InputError(
+        fmt::format("--start-from {}: the results would be written over it; choose another --out", options.start_from));
   micro::check_start(scene, run);
   return run;
 }
 
-int run_scene(const micro::Scene& scene, const Options& options, const Program& program, Terminal& terminal) {
+nlohmann::json error_estimate(const OutputDirectory& out, const Task& task, const std::vector<EnergyPoint>& energies,
+                              micro::SimulationSummary& summary) {
+  const auto io = summary.timers.measure(Phase::io);
+  const PosterioriEstimate estimate = estimate_errors(micro::SnapshotReader(out.states()), energies, summary.curve);
+  // What the profile says holds for a run that reached its end.
+  const bool done = summary.status == micro::SimulationSummary::Status::done;
+  const bool is_known = done && task.known_run;
+  return error_estimate_json(estimate, is_known ? &*task.profile : nullptr, is_known ? &*task.known_run : nullptr);
+}
+
+int run_scene(const Task& task, const Options& options, const Program& program, Terminal& terminal) {
+  const micro::Scene& scene = task.scene;
   const std::filesystem::path folder = options.out.value_or(default_output(scene.name, options.alpha));
   const micro::SimulateOptions start = start_of(scene, options, folder);
   const OutputDirectory out(folder, options.overwrite);
-  micro::SimulationSummary summary = simulate(scene, options, start, out, terminal);
+  std::vector<EnergyPoint> energies;
+  micro::SimulationSummary summary = simulate(scene, options, start, out, terminal, energies);
   tell_outcome(terminal, summary);
-  nlohmann::json derived = nlohmann::json::object();
-  write_summary(out, scene, options, summary, derived);  // stays if something below fails
+  nlohmann::json derived = {{"error_estimate", error_estimate(out, task, energies, summary)}};
+  write_summary(out, task, options, summary, derived);  // stays if something below fails
   write_curves(out, scene, summary, terminal);
   write_fibers(out, summary.timers);
-  if (program.from_states) derived = program.from_states(out, summary.n_threads, summary.timers, terminal);
-  write_summary(out, scene, options, summary, derived);
+  if (program.from_states) derived.update(program.from_states(out, summary.n_threads, summary.timers, terminal));
+  write_summary(out, task, options, summary, derived);
+  if (program.from_results) program.from_results(out, terminal);
   tell_results(terminal, out, summary.timers.total());
   return summary.status == micro::SimulationSummary::Status::gave_up ? exit_gave_up : exit_done;
 }
@@ -119,13 +177,16 @@ int run_command_line(const Program& program, int argc, char** argv) {
     terminal.line(micro::scene_schema());
     return exit_done;
   }
-  const micro::Scene scene = load_scene(*options);
+  const Task task = load_task(*options);
+  const micro::Scene& scene = task.scene;
   const micro::ModelSize size = micro::model_size(scene);
   terminal.line(fmt::format("{}: {}", scene.name, scene.title));
-  terminal.line(options->check ? scene_overview(scene, size) : size_text(size));
+  const micro::CostEstimate cost = micro::estimate_cost(scene);
+  terminal.line(options->check ? scene_overview(scene, size, cost) : size_text(size, cost));
+  if (!options->accuracy.empty()) terminal.line(accuracy_text(*task.profile, *task.known_run));
   if (options->check) return exit_done;
   if (options->verbose) terminal.line(fmt::format("OpenBLAS kernel {}", blas_kernel()));
-  return run_scene(scene, *options, program, terminal);
+  return run_scene(task, *options, program, terminal);
 }
 
 }  // namespace

@@ -19,10 +19,14 @@ enum ExitCode { exit_done = 0, exit_unexpected = 1, exit_bad_input = 2, exit_gav
 using FromStates =
     std::function<nlohmann::json(const OutputDirectory& out, int n_threads, Timers& timers, Terminal& terminal)>;
 
+/// What a program makes of all results, when the folder holds them.
+using FromResults = std::function<void(const OutputDirectory& out, Terminal& terminal)>;
+
 struct Program {
   std::string name;
   std::string description;
-  FromStates from_states;  ///< may be empty
+  FromStates from_states;    ///< may be empty
+  FromResults from_results;  ///< may be empty
 };
 
 /// Runs `program` on a command line and returns its exit code. Every exception ends here as a message.

@@ -41,20 +41,27 @@ class Analyse : public ::testing::Test {
 
 TEST_F(Analyse, EveryYarnInEveryIncrement) {
   const micro::SnapshotReader states(folder_ / "states.h5");
-  const Analysis analysis = analyse(states, {.n_threads = 2});
+  std::vector<YarnStrain> rows;
+  const auto collect = [&](const std::vector<YarnStrain>& state) { rows.insert(rows.end(), state.begin(), state.end()); };
+  const Analysis analysis = analyse(states, {.n_threads = 2, .on_state = collect});
   ASSERT_EQ(analysis.meshes.size(), 3u);
-  ASSERT_EQ(analysis.strains.size(), 12u);
+  ASSERT_EQ(rows.size(), 12u);
+  ASSERT_EQ(analysis.strains.size(), 3u);
+  EXPECT_EQ(analysis.strains[0].increment, 3) << "the last one is kept";
+  ASSERT_EQ(analysis.fields.size(), 3u);
+  EXPECT_EQ(analysis.fields[2].strain.E.size(), analysis.meshes[2].tets.size());
   EXPECT_EQ(analysis.n_tets(), 3 * 3 * 12 * 10);
   EXPECT_TRUE(analysis.pvd.empty());
   for (Index i = 0; i < 4; ++i)
     for (Index y = 0; y < 3; ++y) {
-      const YarnStrain& row = analysis.strains[3 * i + y];
+      const YarnStrain& row = rows[3 * i + y];
       EXPECT_EQ(row.increment, i);
       EXPECT_EQ(row.yarn, y);
       EXPECT_EQ(row.n_tets, 3 * 12 * 10);
       EXPECT_EQ(row.n_flagged, 0);
       EXPECT_NEAR(row.axial.mean, strain(1 + 0.01 * i), 1e-12);
       EXPECT_NEAR(row.axial.max, row.axial.mean, 1e-12);
+      EXPECT_NEAR(row.axial.quantile_05, row.axial.mean, 1e-12);
       EXPECT_NEAR(row.axial.deviation, 0, 1e-12);
       EXPECT_NEAR(row.horizontal.min, 0, 1e-12);
       EXPECT_NEAR(row.vertical.mean, strain(1 - 0.02 * i), 1e-12);
@@ -88,16 +95,27 @@ TEST_F(Analyse, VtkReadsBack) {
   vtkCellData* cells = grid->GetCellData();
   for (const char* name :
        {"E_axial", "E_horizontal", "E_vertical", "E_axial_horizontal", "E_axial_vertical", "E_horizontal_vertical",
-        "E_I", "E_II", "E_III", "gamma_max", "det_F", "flagged", "yarn", "family"})
+        "E_I", "E_II", "E_III", "gamma_max", "det_F", "flagged", "yarn", "family", "shear_zone", "shear_contrast"})
     ASSERT_NE(cells->GetArray(name), nullptr) << name;
+  vtkPointData* points = grid->GetPointData();
+  for (const char* name :
+       {"E_axial", "E_horizontal", "E_vertical", "E_axial_horizontal", "E_axial_vertical", "E_horizontal_vertical",
+        "E_I", "E_II", "E_III", "gamma_max", "det_F", "flagged", "D2_min"}) {
+    ASSERT_NE(points->GetArray(name), nullptr) << name;
+    EXPECT_EQ(points->GetArray(name)->GetNumberOfTuples(), grid->GetNumberOfPoints()) << name;
+  }
   const double axial = strain(1.03 / 1.01), vertical = strain(0.94 / 0.98);
   for (const vtkIdType c : {0, 500, 1079}) {
     EXPECT_NEAR(cells->GetArray("E_axial")->GetTuple1(c), axial, 1e-8);
     EXPECT_NEAR(cells->GetArray("E_III")->GetTuple1(c), vertical, 1e-8);
     EXPECT_NEAR(cells->GetArray("gamma_max")->GetTuple1(c), axial - vertical, 1e-8);
     EXPECT_EQ(cells->GetArray("yarn")->GetTuple1(c), c / 360);
+    EXPECT_EQ(cells->GetArray("shear_zone")->GetTuple1(c), 0) << "uniform";
     EXPECT_EQ(cells->GetArray("family")->GetTuple1(c), c / 360 == 1 ? 1 : 0);
   }
+  for (const vtkIdType p : {0, 200, 395}) EXPECT_NEAR(points->GetArray("E_axial")->GetTuple1(p), axial, 1e-8);
+  EXPECT_LT(points->GetArray("D2_min")->GetTuple1(200), 1e-20) << "affine";
+  EXPECT_TRUE(std::isnan(points->GetArray("D2_min")->GetTuple1(0))) << "the end of a corner fiber has 5 neighbours";
   const Vec3 point(grid->GetPoint(10));
   EXPECT_NEAR(point.x(), 10.3, 1e-12);
   EXPECT_NEAR(grid->GetPointData()->GetArray("displacement")->GetTuple3(10)[0], 0.2, 1e-6);

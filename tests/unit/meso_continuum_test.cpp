@@ -263,6 +263,26 @@ TEST(Verdict, EveryLimitCounts) {
   EXPECT_EQ(text(ContinuumVerdict::holds_on_average), "holds on average, not fiber by fiber");
 }
 
+/// Names the measures that stand against the next stronger verdict, and no others.
+TEST(Verdict, IsExplained) {
+  YarnContinuum row;
+  row.verdict = verdict(row);
+  EXPECT_EQ(explanation(row), "too few fibers to say");
+  row.n_nodes = 1;
+  row.non_affine_95 = 0.2;
+  row.verdict = verdict(row);
+  EXPECT_EQ(explanation(row), "continuum holds");
+  row.non_affine_95 = 0.5;
+  row.exchanged = 0.12;
+  row.verdict = verdict(row);
+  EXPECT_EQ(explanation(row),
+            "holds on average, not fiber by fiber: fibers stray by 0.5 of their distance (limit 0.25); 12 % of the "
+            "neighbours are new (limit 5 %)");
+  row.flagged = 0.11;
+  row.verdict = verdict(row);
+  EXPECT_EQ(explanation(row), "does not hold: 11 % of the mesh is inside out (limit 10 %)");
+}
+
 TEST(Continuum, OptionsOutOfRangeAreNamed) {
   const LatticeYarns yarns;
   const auto mesh = yarns.mesh();

@@ -41,8 +41,9 @@ class MadeStates : public FiberStates {
 TEST(FiberStates, MemoryDoesNotGrowWithTheirNumber) {
   const MadeStates states({.n_yarns = 1, .n_rows = 6, .n_columns = 10, .n_elements = 30});
   const std::size_t state_bytes = states.fibers.r.size() * 4 * sizeof(Vec3);
-  const Analysis analysis = analyse(states, {.n_threads = 1});
-  ASSERT_EQ(analysis.strains.size(), 60u);
+  Index n_states = 0;
+  (void)analyse(states, {.n_threads = 1, .on_state = [&](const auto&) { ++n_states; }});
+  ASSERT_EQ(n_states, 60);
   // Reference, A and the first two B come before everything that stays has been allocated.
   ASSERT_EQ(states.bytes_in_use.size(), 62u);
   const auto [least, most] = std::minmax_element(states.bytes_in_use.begin() + 4, states.bytes_in_use.end());

@@ -12,8 +12,8 @@
 
 #include "support/lattice_yarns.h"
 #include "support/process.h"
-#include "workflows/patch_shapes.h"
-#include "workflows/picture_frame.h"
+#include "workflows/picture/patch_shapes.h"
+#include "workflows/picture/picture_frame.h"
 
 namespace trame::workflows {
 namespace {
@@ -225,6 +225,29 @@ TEST_F(RenderPatch, DrawsTheOtherViews) {
     EXPECT_NEAR(pixels.left, 10, 2) << view;  // margins of 2.5 %
     EXPECT_NEAR(pixels.right, 389, 2) << view;
   }
+}
+
+/// Needs ParaView, which does not install beside VTK's headers on Debian 12: data/paraview/README.md.
+TEST(ParaViewStudy, TraceShowsAllViews) {
+  const char* pvbatch = std::getenv("TRAME_PVBATCH");
+  if (pvbatch == nullptr) GTEST_SKIP() << "TRAME_PVBATCH must name ParaView's pvbatch";
+  const ScratchFolder folder("paraview");
+  const Outcome made = test::run(folder.path(), {TRAME_RUN_WORKFLOW, "plain_small", "--out", "out"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string trace = std::string(TRAME_DATA_DIR) + "/paraview/trame_views.py";
+  const Outcome outcome = test::run(
+      folder.path(), {"xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset", pvbatch, trace, "out", "pictures"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  for (const char* view :
+       {"fibers", "fibers_cut", "horizontal", "horizontal_cut", "vertical_cut", "shear_cut", "axial_cut"}) {
+    const Pixels pixels = look_at(folder.path() / "pictures" / (std::string(view) + ".png"));
+    EXPECT_GT(pixels.n_coloured, 10'000) << view;  // of 1.4 million
+    EXPECT_GT(pixels.left, 0) << view << ": cropped";
+    EXPECT_LT(pixels.right, 1599) << view << ": cropped";
+  }
+  const Outcome wrong = test::run(folder.path(), {pvbatch, trace, "none", "pictures"});
+  EXPECT_NE(wrong.exit_code, 0);
+  EXPECT_NE((wrong.out + wrong.err).find("fibers.pvd: is not there"), std::string::npos) << wrong.out << wrong.err;
 }
 
 }  // namespace

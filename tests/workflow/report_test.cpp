@@ -5,7 +5,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "workflows/curves_plot.h"
+#include "workflows/report/curves_plot.h"
 
 namespace trame::workflows {
 namespace {

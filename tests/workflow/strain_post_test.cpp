@@ -7,6 +7,7 @@
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLUnstructuredGridReader.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -24,14 +25,23 @@ using micro::test::LatticeYarns;
 using micro::test::mapped;
 namespace fs = std::filesystem;
 
+/// Fields of a line between commas, which may be in quotes.
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> fields = {""};
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') quoted = !quoted;
+    if (c == ',' && !quoted) {
+      fields.emplace_back();
+    } else if (c != '"') {
+      fields.back() += c;
+    }
+  }
+  return fields;
+}
+
 /// Lines of a CSV file by the names of their columns.
 std::vector<std::map<std::string, std::string>> read_csv(const fs::path& file) {
-  const auto split = [](const std::string& line) {
-    std::vector<std::string> fields;
-    std::stringstream stream(line);
-    for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
-    return fields;
-  };
   std::stringstream text(read_text(file));
   std::string line;
   std::getline(text, line);
@@ -81,8 +91,12 @@ class StrainPost : public ::testing::Test {
   }
 
   StrainPost() { write_states(folder_ / "states.h5", {}); }
-  /// Runs the program in `runs/`, so that what it prints is not among its results.
+  /// Runs the program in `runs/`, so that what it prints is not among its results. The report has a test of its own.
   Outcome post(std::vector<std::string> arguments) const {
+    arguments.emplace_back("--no-report");
+    return post_with_report(std::move(arguments));
+  }
+  Outcome post_with_report(std::vector<std::string> arguments) const {
     fs::create_directories(folder_ / "runs");
     arguments.insert(arguments.begin(), TRAME_STRAIN_POST);
     return run(folder_ / "runs", arguments);
@@ -116,6 +130,9 @@ TEST_F(StrainPost, FromTheFirstStateToTheLastBesideTheStates) {
     EXPECT_EQ(row.at("n_flagged"), "0");
     EXPECT_NEAR(std::stod(row.at("E_axial_mean")), strain(1.03), 1e-9);
     EXPECT_NEAR(std::stod(row.at("E_axial_deviation")), 0, 1e-9);
+    EXPECT_NEAR(std::stod(row.at("E_axial_median")), strain(1.03), 1e-9);
+    EXPECT_NEAR(std::stod(row.at("E_axial_quantile_95")), strain(1.03), 1e-9);
+    EXPECT_EQ(row.at("n_inverted"), "0");
     EXPECT_NEAR(std::stod(row.at("E_horizontal_max")), 0, 1e-9);
     EXPECT_NEAR(std::stod(row.at("E_vertical_min")), 0, 1e-9);
     EXPECT_NEAR(std::stod(row.at("gamma_max_mean")), strain(1.03), 1e-9);
@@ -126,6 +143,79 @@ TEST_F(StrainPost, FromTheFirstStateToTheLastBesideTheStates) {
   EXPECT_NEAR(grid->GetCellData()->GetArray("E_axial")->GetTuple1(500), strain(1.03), 1e-7);
   EXPECT_EQ(grid->GetFieldData()->GetArray("from")->GetTuple1(0), 0);
   EXPECT_NE(read_text(folder_ / "strains/yarns.pvd").find("yarns_0003.vtu"), std::string::npos);
+}
+
+/// A lattice of fibers of radius 0.475, 3 rows of 4, that is stretched from A to B and nothing else.
+TEST_F(StrainPost, SectionsAndValidityOfEachYarn) {
+  const Outcome outcome = post({path("states.h5"), "--yarns", "warp/*", "--out", path("out")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto sections = read_csv(folder_ / "out/sections.csv");
+  ASSERT_EQ(sections.size(), 2u * 12u);
+  for (const std::size_t k : {0, 11, 13}) {
+    const auto& row = sections[k];
+    EXPECT_EQ(row.at("yarn"), k < 12 ? "warp/1" : "warp/2");
+    EXPECT_EQ(row.at("station"), std::to_string(k % 12));
+    EXPECT_NEAR(std::stod(row.at("fraction")), (double(k % 12) + 0.5) / 12, 1e-5);
+    EXPECT_EQ(row.at("n_fibers_B"), "12");
+    EXPECT_NEAR(std::stod(row.at("width_A_m")), 3.5 + 2 * 0.475, 1e-5);
+    EXPECT_NEAR(std::stod(row.at("height_B_m")), std::sqrt(3.0) + 2 * 0.475, 1e-5);
+    EXPECT_TRUE(row.at("shape_B") == "lens" || row.at("shape_B") == "ellipse") << row.at("shape_B");
+    EXPECT_NEAR(std::stod(row.at("E_axial_side")), strain(1.03), 1e-5);
+    EXPECT_NEAR(std::stod(row.at("side_to_centre")), 1, 1e-5);
+  }
+  const auto continuum = read_csv(folder_ / "out/continuum.csv");
+  ASSERT_EQ(continuum.size(), 2u);
+  EXPECT_EQ(continuum[1].at("yarn"), "warp/2");
+  EXPECT_EQ(continuum[1].at("verdict"), "continuum holds");
+  EXPECT_NEAR(std::stod(continuum[1].at("mesh_difference")), 0, 1e-6);
+  EXPECT_NE(outcome.out.find("continuum holds"), std::string::npos);
+  EXPECT_TRUE(read_csv(folder_ / "out/bands.csv").empty()) << "a uniform strain has none";
+  EXPECT_TRUE(read_csv(folder_ / "out/zones.csv").empty());
+}
+
+/// Simple shear by 0.3 in the middle rows of a yarn of 12 × 12 fibers: one band along each section, one zone in all.
+TEST_F(StrainPost, BandsAndZonesOfALocalisedShear) {
+  const LatticeYarns yarns{.n_rows = 12, .n_columns = 12, .n_elements = 6, .length = 12};
+  {
+    micro::SnapshotWriter writer(folder_ / "band.h5", {"1", "scene", "", yarns.mesh(), {}});
+    micro::Increment increment;
+    increment.fibers = yarns.configuration();
+    writer.append(increment);
+    const double middle = 5.5 * std::sqrt(0.75);
+    for (Vec3& r : increment.fibers.r) r.y() += 0.3 * std::clamp(r.z() - middle, -1.3, 1.3);
+    writer.append(increment);
+  }
+  const Outcome outcome = post({path("band.h5"), "--mesh", "swept", "--out", path("out")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::map<std::string, int> stations;
+  for (const auto& row : read_csv(folder_ / "out/bands.csv")) {
+    if (row.at("component") != "gamma_max" || row.at("significant") != "1") continue;
+    EXPECT_LT(std::abs(std::stod(row.at("angle_deg"))), 3);
+    EXPECT_NEAR(std::stod(row.at("thickness_d")), 2.6, 0.15 * 2.6);
+    EXPECT_LE(std::stod(row.at("p_value")), 0.01);
+    ++stations[row.at("station")];
+  }
+  EXPECT_EQ(stations.size(), 12u);
+  for (const auto& [station, n] : stations) EXPECT_EQ(n, 1) << station;
+  for (const auto& row : read_csv(folder_ / "out/orientation.csv"))
+    if (row.at("component") == "gamma_max") {
+      EXPECT_GT(std::stod(row.at("0_deg")), 0.5) << "along the band";
+      EXPECT_LT(std::stod(row.at("90_deg")), std::stod(row.at("0_deg")) - 0.5) << "across it";
+    }
+  const auto zones = read_csv(folder_ / "out/zones.csv");
+  ASSERT_EQ(zones.size(), 1u);
+  EXPECT_NEAR(std::stod(zones[0].at("extent_1_d")), 12, 1);
+  EXPECT_GT(std::abs(std::stod(zones[0].at("normal_z"))), 0.99);
+  const auto grid = read_vtu("out/yarns_0001.vtu");
+  EXPECT_EQ(grid->GetCellData()->GetArray("shear_zone")->GetRange()[1], 1);
+}
+
+TEST_F(StrainPost, ReportOpensWithoutTheStates) {
+  const Outcome outcome = post_with_report({path("states.h5"), "--out", path("out")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string report = read_text(folder_ / "out/report.html");
+  EXPECT_NE(report.find("</html>"), std::string::npos);
+  EXPECT_NE(report.find("weft/1"), std::string::npos);
 }
 
 TEST_F(StrainPost, StatesByNumberOrStageAndYarnsByPattern) {
@@ -163,6 +253,8 @@ TEST_F(StrainPost, BothMeshesAreComparedInTheTable) {
     EXPECT_EQ(read_vtu("out/" + mesh + "/yarns_0003.vtu")->GetNumberOfCells(), 3 * 360);
   }
   EXPECT_FALSE(fs::exists(folder_ / "out/strains.csv"));
+  for (const char* file : {"sections.csv", "continuum.csv", "delaunay/bands.csv", "swept/zones.csv"})
+    EXPECT_TRUE(fs::exists(folder_ / "out" / file)) << file;
 }
 
 TEST_F(StrainPost, OverwriteTakesAwayItsOwnResultsOnly) {
@@ -175,8 +267,9 @@ TEST_F(StrainPost, OverwriteTakesAwayItsOwnResultsOnly) {
   ASSERT_EQ(post({path("states.h5"), "--out", path("out"), "--overwrite"}).exit_code, 0);
   std::vector<std::string> names;
   for (const auto& [name, text] : contents(folder_ / "out")) names.push_back(name);
-  EXPECT_EQ(names, (std::vector<std::string>{"notes.txt", "strains.csv", "swept/yarns_mine.vtu", "yarns.pvd",
-                                             "yarns_0003.vtu"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"bands.csv", "continuum.csv", "notes.txt", "orientation.csv",
+                                             "sections.csv", "strains.csv", "swept/yarns_mine.vtu", "yarns.pvd",
+                                             "yarns_0003.vtu", "zones.csv"}));
 }
 
 TEST_F(StrainPost, BadOptionsLeaveFilesAlone) {

@@ -84,17 +84,24 @@ TEST(CalledEffects, NameTheKeyThatCallsForThem) {
   micro::Scene scene;
   scene.fiber_types.resize(1);
   scene.fiber_types[0].name = "PA66";
-  scene.stages.resize(1);
+  scene.bundles.resize(1);
+  scene.stages.resize(2);
   scene.stages[0].name = "separate";
   scene.stages[0].separate_yarns = true;
   scene.stages[0].proximal_start = 1e-3;
   scene.stages[0].fiber_model = micro::FiberModel::rod;
   EXPECT_TRUE(calls(scene, "enriched", "fiber_type.PA66.model"));
   EXPECT_TRUE(calls(scene, "rods", "fiber_model = \"rod\" of stage \"separate\""));
+  scene.stages[1].fiber_model = micro::FiberModel::rod;  // now no stage leaves the type its own model
+  EXPECT_FALSE(calls(scene, "enriched", ""));
   EXPECT_TRUE(calls(scene, "crossing order", "separate_yarns"));
   EXPECT_TRUE(calls(scene, "damping", "proximal_start"));
   EXPECT_TRUE(calls(scene, "contact of all fibers", "effects.contact = \"all\""));
-  EXPECT_TRUE(calls(scene, "friction", "effects.friction"));
+  EXPECT_TRUE(calls(scene, "friction", "effects.friction = true (default)"));
+  scene.stated_effects = {"friction"};
+  EXPECT_FALSE(calls(scene, "friction", "default"));
+  scene.stages[0].friction = scene.stages[1].friction = false;
+  EXPECT_FALSE(calls(scene, "friction", ""));
   EXPECT_FALSE(calls(scene, "itself", ""));
   EXPECT_FALSE(calls(scene, "twist", ""));
 }
@@ -103,6 +110,32 @@ TEST(CalledEffects, AreNoneOfContactWhereThereIsNoContact) {
   micro::Scene scene;
   scene.contact.scope = micro::ContactScope::none;
   EXPECT_TRUE(called_effects(scene).empty());
+}
+
+TEST(CalledEffects, OfFiberTypesThatNoFiberHasAreNone) {
+  micro::Scene scene;
+  scene.fiber_types.resize(2);
+  scene.fiber_types[0].name = "used";
+  scene.fiber_types[1].name = "idle";
+  scene.bundles.resize(1);
+  EXPECT_TRUE(calls(scene, "enriched", "fiber_type.used"));
+  EXPECT_FALSE(calls(scene, "", "fiber_type.idle"));
+}
+
+TEST(SceneOverview, TellsWhatEachEffectCosts) {
+  micro::Scene scene;
+  scene.fiber_types.resize(1);
+  scene.fiber_types[0].name = "PA66";
+  scene.bundles.resize(1);
+  scene.stated_effects = {"contact"};
+  micro::CostEstimate cost;
+  cost.effects = {{micro::PricedEffect::enriched_beams, 7290, 12.3, 4e7}, {micro::PricedEffect::contact, 0, 2.5, 8e6}};
+  cost.seconds = 15;
+  cost.bytes = 9e7;
+  const std::string text = scene_overview(scene, {}, cost);
+  for (const char* part : {"7290    40 MB   12.3 s  fiber_type.PA66.model = \"enriched\"", "order of magnitude",
+                           "0   8.0 MB    2.5 s  effects.contact = \"all\"\n", "90 MB   15.0 s\n"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\nin: " << text;
 }
 
 TEST(SceneOverview, TellsStagesWithTheirDrives) {
@@ -124,7 +157,7 @@ TEST(SceneOverview, TellsStagesWithTheirDrives) {
   scene.stages[0].drives = {strain, follow, moment};
   micro::ModelSize size;
   size.n_dofs_per_stage = {7290};
-  const std::string text = scene_overview(scene, size);
+  const std::string text = scene_overview(scene, size, {});
   for (const char* line : {"load: 20 increments, 7290 dofs", "side/warp/* x to strain 0.02",
                            "warp/*/end x follows side/warp/end", "tip rz to moment 0.001 N m"})
     EXPECT_NE(text.find(line), std::string::npos) << line << "\nin: " << text;

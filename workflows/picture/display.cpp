@@ -1,4 +1,4 @@
-#include "workflows/display.h"
+#include "workflows/picture/display.h"
 
 #include <X11/Xlib.h>
 

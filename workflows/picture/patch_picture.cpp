@@ -1,4 +1,4 @@
-#include "workflows/patch_picture.h"
+#include "workflows/picture/patch_picture.h"
 
 #include <fmt/format.h>
 #include <vtkActor.h>
@@ -32,7 +32,7 @@
 #include <fstream>
 
 #include "micro/core/error.h"
-#include "workflows/picture_frame.h"
+#include "workflows/picture/picture_frame.h"
 
 namespace trame::workflows {
 namespace {
@@ -134,7 +134,7 @@ void add_ambient_occlusion(vtkRenderer* renderer, double radius) {
   occlusion->SetDelegatePass(steps);
   occlusion->SetRadius(radius);
   occlusion->SetBias(0.05 * radius);
-  occlusion->SetKernelSize(128);
+  occlusion->SetKernelSize(64);
   occlusion->BlurOn();
   renderer->SetPass(occlusion);
 }
@@ -162,7 +162,7 @@ void add_scale_bar(vtkRenderer* renderer, const Frame& frame) {
 
   vtkNew<vtkTextActor> text;
   text->SetInput(bar.text.c_str());
-  text->GetTextProperty()->SetFontSize(static_cast<int>(0.018 * width));
+  text->GetTextProperty()->SetFontSize(static_cast<int>(0.024 * width));
   text->GetTextProperty()->SetColor(ink.x(), ink.y(), ink.z());
   text->GetTextProperty()->SetVerticalJustificationToBottom();
   text->SetPosition(left, bottom + 2 * thickness);

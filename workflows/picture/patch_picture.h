@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "workflows/patch_shapes.h"
+#include "workflows/picture/patch_shapes.h"
 
 namespace trame::workflows {
 

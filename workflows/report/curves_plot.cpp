@@ -1,41 +1,12 @@
-#include "workflows/curves_plot.h"
+#include "workflows/report/curves_plot.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
+
+#include "workflows/report/gnuplot.h"
 
 namespace trame::workflows {
-
-namespace {
-
-/// A gnuplot string; single quotes are doubled inside it and nothing else is special.
-std::string gnuplot_string(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("''") : std::string(1, c);
-  return quoted + "'";
-}
-
-/// Runs gnuplot in `folder` without its chatter; whether it was found and succeeded.
-bool run_gnuplot(const std::filesystem::path& folder, std::string script) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  std::string program = "gnuplot";
-  const std::array<char*, 3> arguments = {program.data(), script.data(), nullptr};
-  pid_t child = 0;
-  const int failed = posix_spawnp(&child, program.c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  int status = 0;
-  return failed == 0 && waitpid(child, &status, 0) == child && status == 0;
-}
-
-}  // namespace
 
 std::optional<PlottedStage> strained_stage(const std::vector<micro::CurvePoint>& curve) {
   const auto last = std::find_if(curve.rbegin(), curve.rend(), [](const micro::CurvePoint& point) {

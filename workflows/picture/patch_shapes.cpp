@@ -1,4 +1,4 @@
-#include "workflows/patch_shapes.h"
+#include "workflows/picture/patch_shapes.h"
 
 #include <fmt/format.h>
 #include <vtkAppendPolyData.h>
@@ -26,7 +26,6 @@ using micro::FiberConfiguration;
 using micro::FiberMesh;
 using Shape = vtkSmartPointer<vtkPolyData>;
 
-constexpr int n_sides = 24;                // of a tube
 constexpr int n_pieces = 2;                // straight pieces between two nodes
 constexpr double palest = 0.62;            // share of white in what is farthest behind a cut
 constexpr double outline_darkness = 0.55;  // share of black in outlines
@@ -69,11 +68,14 @@ void paint(vtkPolyData* shape, ColourAt&& colour_at) {
   shape->GetPointData()->AddArray(colours);
 }
 
+/// Sides of a tube: in a large patch a fiber is but a few pixels wide.
+int n_sides(const FiberMesh& mesh) { return mesh.n_fibers() > 200 ? 12 : 24; }
+
 Shape fiber_tube(const FiberMesh& mesh, const FiberConfiguration& fibers, Index fiber) {
   vtkNew<vtkTubeFilter> tube;
   tube->SetInputData(centre_line(mesh, fibers, fiber));
   tube->SetRadius(mesh.radius[fiber] / micrometre);
-  tube->SetNumberOfSides(n_sides);
+  tube->SetNumberOfSides(n_sides(mesh));
   tube->CappingOn();
   tube->Update();
   return tube->GetOutput();

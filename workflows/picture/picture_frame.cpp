@@ -1,4 +1,4 @@
-#include "workflows/picture_frame.h"
+#include "workflows/picture/picture_frame.h"
 
 #include <fmt/format.h>
 

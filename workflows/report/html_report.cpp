@@ -1,0 +1,148 @@
+#include "workflows/report/html_report.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "meso/analyse.h"
+#include "micro/core/error.h"
+#include "workflows/report/html.h"
+#include "workflows/report/report_pictures.h"
+#include "workflows/report/report_plots.h"
+#include "workflows/report/run_facts.h"
+#include "workflows/report/scene_settings.h"
+#include "workflows/report/section_pages.h"
+#include "workflows/report/yarn_tables.h"
+
+namespace trame::workflows {
+
+namespace {
+
+std::vector<Index> detailed_yarns(const ReportInput& input) {
+  const std::vector<micro::Yarn>& yarns = input.states.header().mesh.yarns;
+  if (!input.yarns.empty()) return meso::choose_yarns(yarns, input.yarns);
+  std::vector<Index> chosen;
+  for (const auto family : {micro::YarnFamily::warp, micro::YarnFamily::weft, micro::YarnFamily::free}) {
+    std::vector<Index> own;
+    for (Index y = 0; y < static_cast<Index>(yarns.size()); ++y)
+      if (yarns[y].family == family) own.push_back(y);
+    if (!own.empty()) chosen.push_back(own[own.size() / 2]);
+  }
+  return chosen;
+}
+
+void check_states(const ReportInput& input) {
+  if (input.pairs.empty()) throw InputError("report: there is no pair of states to compare");
+  const Index n = input.states.n_increments();
+  for (const StatePair& pair : input.pairs)
+    for (const auto& [name, index] : {std::pair{"A", pair.from}, std::pair{"B", pair.to}})
+      if (index < 0 || index >= n)
+        throw InputError(fmt::format("report of state {} = {}: allowed are 0 … {}", name, index, n - 1));
+}
+
+/// A part of the page: its title in the list of contents and above its content.
+struct Chapter {
+  std::string title, content;
+};
+
+std::string header_html(const micro::SnapshotHeader& header) {
+  const std::string origin = header.version.empty() ? "fiber nodes from elsewhere"
+                                                    : fmt::format("scene “{}”, computed with Trame {}",
+                                                                  escaped(header.scene_name), escaped(header.version));
+  return fmt::format("<h1>{}</h1>\n<p class=\"subtitle\">{}: {} yarns, {} fibers, {} nodes</p>\n",
+                     escaped(scene_title(header)), origin, header.mesh.yarns.size(), header.mesh.n_fibers(),
+                     header.mesh.n_nodes());
+}
+
+Chapter patch_chapter(const PatchPictures& patch) {
+  std::string content;
+  for (const ReportPicture& picture : patch.pictures)
+    content += figure(inline_image(picture.png, "image/png", "the patch"), picture.caption, picture.wide ? "wide" : "");
+  if (content.empty())
+    return {"The patch", note("There are no pictures of the patch: " + escaped(patch.missing) + ".")};
+  return {"The patch", "<div class=\"pictures-grid\">" + content + "</div>\n" +
+                           paragraph("Warp yarns are blue, weft yarns orange, others green; what lies behind a cut is "
+                                     "paler. In the reference state of a weave the yarns lie flat, in one plane, and "
+                                     "pass through each other.")};
+}
+
+/// What a run wrote beside its states.
+struct RunFiles {
+  RunSummary summary;
+  std::vector<CurveRow> curves;
+};
+
+RunFiles run_files(const ReportInput& input) {
+  return {input.summary.empty() ? RunSummary{} : read_run_summary(input.summary),
+          input.curves.empty() ? std::vector<CurveRow>{} : read_curves(input.curves)};
+}
+
+Chapter run_chapter(const RunSummary& summary, const ReportData& last) {
+  return {"The run", fmt::format("<h3>Certificates, {}</h3>\n", state_name(last.pair.to, last.b)) +
+                         certificates_html(last.header, last.b, summary) + work_html(summary) + timing_html(summary) +
+                         settings_html(last.header)};
+}
+
+Chapter strain_chapter(const ReportData& data) {
+  const std::string a = state_name(data.pair.from, data.a), b = state_name(data.pair.to, data.b);
+  return {
+      fmt::format("Strain from A, {}, to B, {}", a, b),
+      paragraph(fmt::format(
+          "State A is increment {}, state B increment {}. Strains are Green-Lagrange strains of the yarns as continua, "
+          "in the axes of the yarn in A: <i>axial</i> along it, <i>vertical</i> through the "
+          "thickness of the fabric, <i>horizontal</i> across. γ<sub>max</sub> is the difference "
+          "between the largest and the smallest principal strain.",
+          data.pair.from, data.pair.to)) +
+          "<h3>Yarn by yarn</h3>\n" + yarns_html(data) + strain_maps_html(data) + "<h3>Shear bands</h3>\n" +
+          bands_html(data) + "<h3>Distributions</h3>\n" + histogram_figure(data) +
+          "<h3>May the yarns be taken as continua?</h3>\n" + validity_html(data)};
+}
+
+std::vector<Chapter> chapters(const RunFiles& files, const std::vector<ReportData>& data, const PatchPictures& patch) {
+  const ReportData& last = data.back();
+  std::vector<Chapter> result = {patch_chapter(patch)};
+  if (!last.header.version.empty()) result.push_back(run_chapter(files.summary, last));
+  if (!files.curves.empty()) result.push_back({"Force and strain of the sides", curves_figure(files.curves)});
+  result.push_back({"Sections of yarns", sections_html(last)});
+  for (const ReportData& pair : data) result.push_back(strain_chapter(pair));
+  return result;
+}
+
+std::string page_html(const micro::SnapshotHeader& header, const std::vector<Chapter>& chapters) {
+  std::string contents, body;
+  for (std::size_t i = 0; i < chapters.size(); ++i) {
+    contents += fmt::format("<li><a href=\"#part-{}\">{}</a></li>\n", i + 1, chapters[i].title);
+    body += section(fmt::format("part-{}", i + 1), chapters[i].title, chapters[i].content);
+  }
+  return page(scene_title(header), header_html(header) + "<nav><ol>\n" + contents + "</ol></nav>\n" + body);
+}
+
+void write_file(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream stream(file, std::ios::binary);
+  stream << text;
+  if (!stream.flush()) throw InputError(fmt::format("{}: cannot be written", file.string()));
+}
+
+}  // namespace
+
+std::string write_report(const ReportInput& input) {
+  check_states(input);
+  const RunFiles files = run_files(input);
+  const std::vector<ReportData> data = report_data(input.states, input.pairs, detailed_yarns(input));
+  const ReportData& last = data.back();
+  PatchPictures patch{{}, "they were not asked for"};
+  if (input.draw_patch) patch = patch_pictures(input.states, last.pair.to, state_name(last.pair.to, last.b));
+  write_file(input.file, page_html(input.states.header(), chapters(files, data, patch)));
+  return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
+}
+
+std::vector<StatePair> pairs_of_run(const meso::FiberStates& states) {
+  const Index last = states.n_increments() - 1;
+  const std::string stage = states.read(last).stage;
+  Index middle = last;
+  while (middle > 0 && states.read(middle).stage == stage) --middle;
+  if (middle == 0) return {{0, last}};
+  return {{0, middle}, {middle, last}};
+}
+
+}  // namespace trame::workflows

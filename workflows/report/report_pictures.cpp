@@ -1,0 +1,114 @@
+#include "workflows/report/report_pictures.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <string_view>
+#include <utility>
+
+#include "workflows/child_process.h"
+#include "workflows/temporary_folder.h"
+
+namespace trame::workflows {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Command = std::vector<std::string>;
+
+constexpr int half_page = 640, whole_page = 1280;  // pixels; the page is 1080 wide
+
+/// Views of render_patch, and what captions call them.
+constexpr std::array<std::pair<const char*, const char*>, 3> views = {
+    {{"perspective", "in perspective"}, {"top", "from above"}, {"cut", "cut open along the middle of a yarn"}}};
+
+/// Starts a command with an X server of its own; one that hangs is ended.
+const Command own_server = {"timeout", "300", "xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"};
+
+Command joined(Command first, const Command& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+/// The two states alone, in a file that render_patch reads whatever the states come from.
+void write_states(const meso::FiberStates& states, Index state, const fs::path& file) {
+  micro::SnapshotHeader header = states.header();
+  header.body_names.clear();
+  micro::SnapshotWriter writer(file, header);
+  for (const Index i : {Index(0), state}) {
+    const micro::Increment all = states.read(i);
+    micro::Increment shape;
+    shape.stage = all.stage;
+    shape.fibers = all.fibers;
+    writer.append(shape);
+  }
+}
+
+/// --at of a plane that follows the middle yarn of the weave, or for other fibers the first yarn.
+std::string middle_plane(const meso::FiberStates& states, Index state) {
+  const micro::FiberMesh& mesh = states.header().mesh;
+  std::vector<Index> warp;
+  for (Index y = 0; y < static_cast<Index>(mesh.yarns.size()); ++y)
+    if (mesh.yarns[y].family == micro::YarnFamily::warp) warp.push_back(y);
+  const micro::Yarn& yarn = mesh.yarns[warp.empty() ? 0 : warp[warp.size() / 2]];
+  const std::vector<Vec3> r = states.read(state).fibers.r;
+  const auto first = r.begin() + mesh.first_node[yarn.first_fiber];
+  const auto last = r.begin() + mesh.first_node[yarn.first_fiber + yarn.n_fibers];
+  Vec3 low = *first, high = *first, sum = Vec3::Zero();
+  for (auto x = first; x != last; ++x) {
+    low = low.cwiseMin(*x);
+    high = high.cwiseMax(*x);
+    sum += *x;
+  }
+  const int across = high.x() - low.x() >= high.y() - low.y() ? 1 : 0;
+  return fmt::format("{}={:.9g}um", across == 0 ? 'x' : 'y', 1e6 * sum[across] / double(last - first));
+}
+
+std::string bytes_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::string why_not() {
+  if (!fs::exists(program_folder() / "render_patch")) return "the program render_patch is not beside this one";
+  if (!run_quietly(".", {"xvfb-run", "--help"}) || !run_quietly(".", {"xauth", "version"}))
+    return "no X server answers at DISPLAY, and xvfb-run, which would start one, is not installed (Debian: xvfb, "
+           "xauth)";
+  return "render_patch failed; xvfb-run -a render_patch states.h5 --out patch.png says why";
+}
+
+}  // namespace
+
+PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const std::string& name) {
+  const TemporaryFolder folder;
+  write_states(states, state, folder.path() / "states.h5");
+  const Command render = {(program_folder() / "render_patch").string(),
+                          "states.h5",
+                          "--out",
+                          "picture.png",
+                          "--at",
+                          middle_plane(states, state)};
+  const char* display = std::getenv("DISPLAY");
+  Command server = display != nullptr && *display != '\0' ? Command{} : own_server;
+  PatchPictures result;
+  for (const auto& [view, what] : views)
+    for (const auto& [increment, which] : {std::pair<const char*, std::string>{"0", "reference"}, {"1", name}}) {
+      if (state == 0 && *increment == '1') continue;
+      const bool wide = std::string_view(view) == "cut";
+      const Command picture = joined(
+          render, {"--view", view, "--increment", increment, "--width", std::to_string(wide ? whole_page : half_page)});
+      bool drawn = run_quietly(folder.path(), joined(server, picture));
+      if (!drawn && server.empty()) {
+        server = own_server;
+        drawn = run_quietly(folder.path(), joined(server, picture));
+      }
+      if (!drawn) return {{}, why_not()};
+      result.pictures.push_back({bytes_of(folder.path() / "picture.png"), fmt::format("{}, {}", which, what), wide});
+    }
+  return result;
+}
+
+}  // namespace trame::workflows

@@ -1,0 +1,231 @@
+#include "workflows/report/report_plots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "micro/core/error.h"
+#include "workflows/report/gnuplot.h"
+#include "workflows/report/html.h"
+
+namespace trame::workflows {
+
+namespace {
+
+constexpr std::array<micro::YarnFamily, 3> families = {micro::YarnFamily::warp, micro::YarnFamily::weft,
+                                                       micro::YarnFamily::free};
+constexpr std::array<const char*, 3> family_names = {"warp", "weft", "other yarns"};
+
+std::string plot_figure(const std::string& commands, const std::string& size, const std::string& what,
+                        const std::string& caption) {
+  const std::optional<std::string> svg = gnuplot_svg(commands, size);
+  if (!svg) return note(fmt::format("No {}: gnuplot draws them, and it is not installed or failed.", what));
+  return figure(inline_image(*svg, "image/svg+xml", what), caption);
+}
+
+/// Fields of a line as curves.csv has them; a quoted one may hold commas, and a quote twice.
+std::vector<std::string> csv_fields(const std::string& line) {
+  std::vector<std::string> fields(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') {
+      if (quoted && i + 1 < line.size() && line[i + 1] == '"')
+        fields.back() += line[i++];
+      else
+        quoted = !quoted;
+    } else if (line[i] == ',' && !quoted) {
+      fields.emplace_back();
+    } else if (line[i] != '\r') {
+      fields.back() += line[i];
+    }
+  }
+  return fields;
+}
+
+/// Share of volume (%) of a family in each of n equal bins from low to high.
+std::vector<double> shares(const ReportData& data, micro::YarnFamily family, std::size_t quantity, double low,
+                           double high, std::size_t n) {
+  std::vector<double> result(n, 0.0);
+  double volume = 0;
+  for (const YarnField& yarn : data.fields) {
+    if (!yarn.field || data.header.mesh.yarns[yarn.mesh->yarn].family != family) continue;
+    const std::vector<double> values = strain_values(*yarn.field, quantity);
+    for (std::size_t t = 0; t < values.size(); ++t) {
+      if (!std::isfinite(values[t])) continue;
+      volume += yarn.mesh->volumes[t];
+      const double at = (values[t] - low) / (high - low) * static_cast<double>(n);
+      if (at >= 0 && at < static_cast<double>(n)) result[static_cast<std::size_t>(at)] += yarn.mesh->volumes[t];
+    }
+  }
+  for (double& share : result) share = volume > 0 ? 100 * share / volume : 0;
+  return result;
+}
+
+/// The range that leaves out 1 % of the tetrahedra at either end; empty (high ≤ low) without any.
+std::pair<double, double> histogram_range(const ReportData& data, std::size_t quantity) {
+  std::vector<double> all;
+  for (const YarnField& yarn : data.fields)
+    if (yarn.field)
+      for (const double value : strain_values(*yarn.field, quantity))
+        if (std::isfinite(value)) all.push_back(value);
+  if (all.empty()) return {0, 0};
+  std::sort(all.begin(), all.end());
+  const auto at = [&](double share) { return all[static_cast<std::size_t>(share * double(all.size() - 1))]; };
+  return {at(0.01), at(0.99)};
+}
+
+bool has_field(const ReportData& data, micro::YarnFamily family) {
+  return std::any_of(data.fields.begin(), data.fields.end(), [&](const YarnField& yarn) {
+    return yarn.field && data.header.mesh.yarns[yarn.mesh->yarn].family == family;
+  });
+}
+
+/// One of the four diagrams: a data block, then the plot of it.
+std::string histogram_commands(const ReportData& data, std::size_t quantity) {
+  constexpr std::size_t n = 40;
+  const auto [low, high] = histogram_range(data, quantity);
+  if (high <= low) return {};
+  std::string block = fmt::format("$data{} << EOD\n", quantity), plot;
+  std::array<std::vector<double>, 3> of_family;
+  for (std::size_t f = 0; f < 3; ++f) of_family[f] = shares(data, families[f], quantity, low, high, n);
+  for (std::size_t i = 0; i < n; ++i)
+    block += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g}\n", 100 * (low + (double(i) + 0.5) * (high - low) / n),
+                         of_family[0][i], of_family[1][i], of_family[2][i]);
+  for (std::size_t f = 0; f < 3; ++f)
+    if (has_field(data, families[f]))
+      plot += fmt::format("{}$data{} using 1:{} with histeps linewidth 2 linecolor rgb '{}' title '{}'",
+                          plot.empty() ? "plot " : ", ", quantity, f + 2, family_colour(families[f]), family_names[f]);
+  return fmt::format("{}EOD\nset xlabel '{} (%)'\n{}\n", block, strain_quantities[quantity].plain, plot);
+}
+
+/// The rows of a stage, from the end of the one before on.
+std::vector<CurveRow> rows_of_stage(const std::vector<CurveRow>& rows, const std::string& stage) {
+  const auto inside = [&](const CurveRow& row) { return row.stage == stage; };
+  auto first = std::find_if(rows.begin(), rows.end(), inside);
+  const auto end = std::find_if_not(first, rows.end(), inside);
+  if (first != rows.begin()) --first;
+  return {first, end};
+}
+
+/// How much steeper the curves of the strained sides are at their ends than at their starts, in words.
+std::string steepening(const std::vector<CurveRow>& rows) {
+  if (rows.size() < 3) return {};
+  std::string text;
+  for (const int side : {0, 1}) {
+    const auto slope = [&](const CurveRow& p, const CurveRow& q) {
+      return (q.force[side] - p.force[side]) / (q.strain[side] - p.strain[side]);
+    };
+    const double ratio = slope(rows[rows.size() - 2], rows.back()) / slope(rows[0], rows[1]);
+    if (std::isfinite(ratio))
+      text += fmt::format(" From its first increment to its last the slope of the {} grows by a factor of {:.2f}.",
+                          family_names[side], ratio);
+  }
+  return text;
+}
+
+}  // namespace
+
+const char* family_colour(micro::YarnFamily family) {
+  return family == micro::YarnFamily::warp   ? warp_colour
+         : family == micro::YarnFamily::weft ? weft_colour
+                                             : free_colour;
+}
+
+std::vector<CurveRow> read_curves(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream) throw InputError(fmt::format("{}: cannot be read", file.string()));
+  std::vector<CurveRow> rows;
+  std::string line;
+  std::getline(stream, line);  // column names
+  for (int number = 2; std::getline(stream, line); ++number) {
+    const std::vector<std::string> fields = csv_fields(line);
+    try {
+      rows.push_back({fields.at(0),
+                      {std::stod(fields.at(2)), std::stod(fields.at(3))},
+                      {std::stod(fields.at(4)), std::stod(fields.at(5))}});
+    } catch (const std::logic_error&) {
+      throw InputError(fmt::format("{}, line {}: must be stage, time in it, strains and forces of warp and weft",
+                                   file.string(), number));
+    }
+  }
+  return rows;
+}
+
+std::string curves_figure(const std::vector<CurveRow>& rows) {
+  const auto strained = [](const CurveRow& row) { return row.strain[0] != 0 || row.strain[1] != 0; };
+  const auto last = std::find_if(rows.rbegin(), rows.rend(), strained);
+  if (last == rows.rend()) return note("No stage strains a side of the patch: there are no force-strain curves.");
+  // A side that keeps its length still carries a force; its curve goes over the strain of the other.
+  const std::array<int, 2> abscissa = {last->strain[0] != 0 ? 0 : 1, last->strain[1] != 0 ? 1 : 0};
+  const std::vector<CurveRow> shown = rows_of_stage(rows, last->stage);
+  std::string commands = "$curve << EOD\n";
+  for (const CurveRow& row : shown)
+    commands += fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}\n", 100 * row.strain[abscissa[0]], 1e3 * row.force[0],
+                            100 * row.strain[abscissa[1]], 1e3 * row.force[1]);
+  commands += fmt::format(
+      "EOD\nset xlabel 'strain of the side (%)'\nset ylabel 'force on the side (mN)'\nset grid\nset key top left\n"
+      "set yrange [*<0:0<*]\n"
+      "plot $curve using 1:2 with linespoints pt 7 ps 0.5 lw 2 lc rgb '{}' title 'warp', "
+      "$curve using 3:4 with linespoints pt 5 ps 0.5 lw 2 lc rgb '{}' title 'weft'\n",
+      warp_colour, weft_colour);
+  const std::string held = abscissa[0] == abscissa[1]
+                               ? fmt::format(
+                                     " The {} sides keep their distance; their force is shown over the strain "
+                                     "of the others.",
+                                     abscissa[0] == 0 ? "weft" : "warp")
+                               : "";
+  return plot_figure(commands, "760,430", "force-strain curves",
+                     fmt::format("Force that pulls at each side of the patch over its strain, stage “{}”. A curve that "
+                                 "is flat at first and then steepens (a J) shows crimp being pulled out before the "
+                                 "fibers themselves are stretched.{}{}",
+                                 escaped(last->stage), held, steepening(shown)));
+}
+
+std::string histogram_figure(const ReportData& data) {
+  std::string commands =
+      "set multiplot layout 2,2\nset grid\nset yrange [0:*]\nset offsets 0, 0, graph 0.2, 0\n"
+      "set ylabel 'share of volume (%)'\n";
+  std::size_t n_plots = 0;
+  for (std::size_t q = 0; q < strain_quantities.size(); ++q) {
+    const std::string plot = histogram_commands(data, q);
+    n_plots += plot.empty() ? 0 : 1;
+    commands += plot;
+  }
+  if (n_plots == 0) return note("No histograms: the strain is the same everywhere, or no yarn has a mesh.");
+  return plot_figure(commands, "980,640", "histograms of strain",
+                     "How the strain from A to B is spread over the volume of the yarns: each step is the share of the "
+                     "family’s volume whose strain lies in that interval. Broad or skewed distributions mean that the "
+                     "mean strain of a yarn says little about its fibers. The outermost 1 % at either end is cut off.");
+}
+
+std::string share_bar_svg(std::vector<std::pair<std::string, double>> parts) {
+  constexpr std::array<const char*, 8> colours = {"#3b75af", "#d5813a", "#5a9e6f", "#8a6bb1",
+                                                  "#b5524d", "#c9a227", "#6b7a8a", "#a0a8b2"};
+  constexpr double width = 860;
+  double total = 0;
+  for (const auto& part : parts) total += part.second;
+  std::erase_if(parts, [&](const auto& part) { return part.second <= 0.005 * total; });
+  std::sort(parts.begin(), parts.end(), [](const auto& p, const auto& q) { return p.second > q.second; });
+  std::string content;
+  double x = 0, legend = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const double share = parts[i].second / total;
+    const char* fill = colours[i % colours.size()];
+    content += fmt::format("<rect x=\"{:.1f}\" width=\"{:.1f}\" height=\"22\" fill=\"{}\"/>", x, share * width, fill);
+    const std::string text = fmt::format("{} {:.0f} %", parts[i].first, 100 * share);
+    content += fmt::format(
+        "<rect x=\"{0:.1f}\" y=\"33\" width=\"10\" height=\"10\" fill=\"{1}\"/>"
+        "<text x=\"{2:.1f}\" y=\"42\" font-size=\"12\">{3}</text>",
+        legend, fill, legend + 14, escaped(text));
+    x += share * width;
+    legend += 34 + 7 * static_cast<double>(text.size());
+  }
+  return fmt::format("<svg width=\"{0:.0f}\" height=\"48\" viewBox=\"0 0 {0:.0f} 48\">{1}</svg>",
+                     std::max(width, legend), content);
+}
+
+}  // namespace trame::workflows

@@ -1,0 +1,35 @@
+#pragma once
+/// \file
+/// What the report says about the run that made the states: certificates, work, time.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "micro/io/snapshot.h"
+
+namespace trame::workflows {
+
+/// What of summary.json the report shows; all empty without such a file.
+struct RunSummary {
+  std::optional<std::pair<int, int>> crossings;                ///< that agree with the pattern, and all of them
+  std::vector<std::pair<std::string, std::string>> work = {};  ///< sizes and work of the solver: what, how much
+  double total_seconds = 0;
+  std::vector<std::pair<std::string, double>> seconds;  ///< of each phase
+};
+/// Throws InputError for a file that is missing or not a summary.
+[[nodiscard]] RunSummary read_run_summary(const std::filesystem::path& file);
+
+/// What vouches for state B, against limits of the scene.
+[[nodiscard]] std::string certificates_html(const micro::SnapshotHeader& header, const micro::Increment& b,
+                                            const RunSummary& summary);
+
+/// Sizes and work of the solver; nothing where they are not known.
+[[nodiscard]] std::string work_html(const RunSummary& summary);
+
+/// Where the run's time went; a note where it is not known.
+[[nodiscard]] std::string timing_html(const RunSummary& summary);
+
+}  // namespace trame::workflows

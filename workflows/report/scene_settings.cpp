@@ -1,0 +1,97 @@
+#include "workflows/report/scene_settings.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <vector>
+
+#include "micro/core/error.h"
+#include "workflows/report/html.h"
+
+namespace trame::workflows {
+
+namespace {
+
+std::vector<std::string> yarn_system_row(const micro::Scene& scene, const char* name, const micro::YarnSystem& yarns) {
+  const micro::FiberType& type = scene.fiber_types[yarns.type];
+  return {name,
+          fmt::format("{}", yarns.n_yarns),
+          fmt::format("{}", yarns.n_fibers),
+          fmt::format("{:.3g} µm", 2e6 * type.radius),
+          fmt::format("{:.4g} µm", 1e6 * yarns.yarn_spacing),
+          escaped(scene.materials[type.material].name)};
+}
+
+std::string weave_html(const micro::Scene& scene) {
+  return "<h3>Yarns</h3>\n" +
+         table({.header = {"", "yarns", "fibers each", "fiber diameter", "spacing of yarns", "material"},
+                .rows = {yarn_system_row(scene, "warp", scene.weave->warp),
+                         yarn_system_row(scene, "weft", scene.weave->weft)}});
+}
+
+/// The bodies that a stage drives, each name once.
+std::string drives_text(const micro::Stage& stage) {
+  std::string text;
+  for (const micro::Drive& drive : stage.drives) {
+    constexpr std::array<const char*, 4> how = {"moved", "pulled", "strained", "following"};
+    const std::string one = fmt::format("{} {}", escaped(drive.bodies), how[static_cast<std::size_t>(drive.mode)]);
+    if (text.find(one) == std::string::npos) text += (text.empty() ? "" : ", ") + one;
+  }
+  return text.empty() ? "nothing" : text;
+}
+
+std::string stages_html(const micro::Scene& scene) {
+  HtmlTable rows{.header = {"stage", "increments", "fibers", "friction", "damping η", "what is driven"},
+                 .rows = {},
+                 .kind = "text"};
+  for (const micro::Stage& stage : scene.stages) {
+    const char* model = !stage.fiber_model                             ? "each type’s own model"
+                        : *stage.fiber_model == micro::FiberModel::rod ? "rods"
+                                                                       : "enriched beams";
+    const bool friction = stage.friction && scene.contact.friction && scene.contact.scope != micro::ContactScope::none;
+    rows.rows.push_back({escaped(stage.name), fmt::format("{}", stage.n_increments), model, friction ? "yes" : "no",
+                         fmt::format("{:g} → {:g}", stage.proximal_start, stage.proximal_end),
+                         (stage.separate_yarns ? "crossing order; " : "") + drives_text(stage)});
+  }
+  return "<h3>Stages</h3>\n" + table(rows);
+}
+
+std::string contact_html(const micro::Scene& scene) {
+  const micro::ContactSettings& contact = scene.contact;
+  if (contact.scope == micro::ContactScope::none) return paragraph("Fibers do not touch each other in this scene.");
+  return paragraph(fmt::format(
+      "Contact {}, {}; a penetration of {} of R is aimed at{}. Newton’s iterations end at a residual of {:g}, at {:g} "
+      "after "
+      "the contact geometry is renewed.",
+      contact.scope == micro::ContactScope::all ? "of all fibers" : "between yarns only",
+      contact.friction ? fmt::format("friction coefficient {:g}", contact.friction_coefficient) : "without friction",
+      fmt::format("{:g} %", 100 * contact.target_penetration),
+      contact.adapt_penalty ? "" : ", with a penalty that stays as it is", scene.solver.force_tolerance,
+      scene.solver.geometry_tolerance));
+}
+
+}  // namespace
+
+std::optional<micro::Scene> scene_of(const micro::SnapshotHeader& header) {
+  try {
+    return micro::parse_scene(header.scene_text, header.scene_name);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+std::string scene_title(const micro::SnapshotHeader& header) {
+  const std::optional<micro::Scene> scene = scene_of(header);
+  if (scene && !scene->title.empty()) return scene->title;
+  return header.scene_name.empty() ? "Fibers from elsewhere" : header.scene_name;
+}
+
+std::string settings_html(const micro::SnapshotHeader& header) {
+  if (header.scene_text.empty()) return note("The states do not say how they were made.");
+  const std::optional<micro::Scene> scene = scene_of(header);
+  return (scene && scene->weave ? weave_html(*scene) : "") + (scene ? stages_html(*scene) + contact_html(*scene) : "") +
+         fmt::format("<details><summary>All settings (the scene’s text)</summary><pre>{}</pre></details>\n",
+                     escaped(header.scene_text));
+}
+
+}  // namespace trame::workflows

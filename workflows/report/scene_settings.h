@@ -1,0 +1,22 @@
+#pragma once
+/// \file
+/// What the report says about the scene of a run.
+
+#include <optional>
+#include <string>
+
+#include "micro/io/scene.h"
+#include "micro/io/snapshot.h"
+
+namespace trame::workflows {
+
+/// The scene that states were computed from; nothing where its text is not one that this version reads.
+[[nodiscard]] std::optional<micro::Scene> scene_of(const micro::SnapshotHeader& header);
+
+/// Title of the scene, or its name where its text is not one that this version reads.
+[[nodiscard]] std::string scene_title(const micro::SnapshotHeader& header);
+
+/// Yarns, stages and contact of the scene at a glance, and its text to unfold.
+[[nodiscard]] std::string settings_html(const micro::SnapshotHeader& header);
+
+}  // namespace trame::workflows
