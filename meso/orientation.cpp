@@ -22,8 +22,9 @@ void DirectionalCorrelation::add(const Picture& values, double pixels_per_distan
     const double a = angle(k) * std::numbers::pi / 180, pixels = lag * pixels_per_distance;
     const auto down = static_cast<Eigen::Index>(std::lround(pixels * std::sin(a))),
                right = static_cast<Eigen::Index>(std::lround(pixels * std::cos(a)));
+    const Eigen::Index first = std::max<Eigen::Index>(0, -down), end = centred.rows() - std::max<Eigen::Index>(0, down);
     for (Eigen::Index c = 0; c + right < centred.cols(); ++c)
-      for (Eigen::Index r = std::max<Eigen::Index>(0, -down); r < std::min(centred.rows(), centred.rows() - down); ++r) {
+      for (Eigen::Index r = first; r < end; ++r) {
         const double p = centred(r, c), q = centred(r + down, c + right);
         if (!std::isfinite(p) || !std::isfinite(q)) continue;
         products_[k] += p * q;

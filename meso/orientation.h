@@ -9,11 +9,11 @@
 
 namespace trame::meso {
 
-/// Correlation of a picture with itself, a fixed distance away, by direction. Detecting bands one by one takes bands that
-/// stand apart; in yarns of few layers they cross and end at the outline, and a V or a W of them is one region without a
-/// direction. Averaged over pairs of pixels of many cuts, their directions show all the same: bands give positive values
-/// along them and negative ones across. Fibers displaced at random give −0.12 … 0.05 in cuts of 44 fibers: not 0, because
-/// the mean of each cut, of some 20 independent cells, is taken off.
+/// Correlation of a picture with itself, a fixed distance away, by direction. Detecting bands one by one takes bands
+/// that stand apart; in yarns of few layers they cross and end at the outline, and a V or a W of them is one region
+/// without a direction. Averaged over pairs of pixels of many cuts, their directions show all the same: bands give
+/// positive values along them and negative ones across. Fibers displaced at random give −0.12 … 0.05 in cuts of 44
+/// fibers: not 0, because the mean of each cut, of some 20 independent cells, is taken off.
 class DirectionalCorrelation {
  public:
   static constexpr std::size_t n_directions = 12;
