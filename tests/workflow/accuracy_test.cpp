@@ -215,7 +215,7 @@ Study quartic_study(double at_reference = 1) {
   return study;
 }
 
-TEST(AccuracyStudy, ComparesWithTheReference) {
+TEST(AccuracyOfRuns, ComparesWithTheReference) {
   Study study = quartic_study();
   compare(study);
   ASSERT_TRUE(study.has_reference);
@@ -225,7 +225,7 @@ TEST(AccuracyStudy, ComparesWithTheReference) {
   EXPECT_EQ(study.results[0].errors.at("thickness_m"), 0);
 }
 
-TEST(AccuracyStudy, TellsNoErrorsWithoutAReference) {
+TEST(AccuracyOfRuns, TellsNoErrorsWithoutAReference) {
   Study study = quartic_study();
   study.results.back().status = "gave up";
   compare(study);
@@ -233,7 +233,7 @@ TEST(AccuracyStudy, TellsNoErrorsWithoutAReference) {
   expect_mentions(study_markdown(study, profile_of(study, {}, ""), ""), {"No errors"});
 }
 
-TEST(AccuracyStudy, FindsTheOrderOfAnExactPower) {
+TEST(AccuracyOfRuns, FindsTheOrderOfAnExactPower) {
   Study study = quartic_study();
   compare(study);
   const std::vector<OrderPoint> points = orders_along(study, find_knob("elements"));
@@ -245,7 +245,7 @@ TEST(AccuracyStudy, FindsTheOrderOfAnExactPower) {
   EXPECT_NEAR(*points[1].own_order, 4, 1e-9);  // elements=100 is the exact value here
 }
 
-TEST(AccuracyStudy, ParetoFrontHoldsWhatNothingBeats) {
+TEST(AccuracyOfRuns, ParetoFrontHoldsWhatNothingBeats) {
   Study study = quartic_study();
   study.results.push_back(result({{"increments", "2"}}, CasePart::one_knob, 3, 1.5));  // slow and wrong
   study.results.push_back(result({{"friction", "off"}}, CasePart::one_knob, 0.1, 1));  // another problem
@@ -274,7 +274,7 @@ std::vector<std::string> lines(const std::string& text) {
   return all;
 }
 
-TEST(AccuracyStudy, CsvHasAColumnForEverythingAndARowForFailures) {
+TEST(AccuracyOfRuns, CsvHasAColumnForEverythingAndARowForFailures) {
   Study study = quartic_study();
   CaseResult failed;
   failed.what = {{{"increments", "0.1"}}, CasePart::one_knob, true};
@@ -300,7 +300,7 @@ TEST(AccuracyStudy, CsvHasAColumnForEverythingAndARowForFailures) {
   EXPECT_EQ(profile_of(study, {}, "").runs.size(), 4u);  // the failure is none to choose
 }
 
-TEST(AccuracyStudy, DrawsALineForEachKnob) {
+TEST(AccuracyOfRuns, DrawsALineForEachKnob) {
   Study study = quartic_study();
   compare(study);
   expect_mentions(work_precision_script(study),
@@ -321,7 +321,7 @@ StudyOptions stub_options(const TemporaryFolder& folder, const std::string& scri
           .read = [](const Scene&, const std::filesystem::path&) { return std::vector<Quantity>(); }};
 }
 
-TEST(AccuracyStudy, FailingRunsAreResultsToo) {
+TEST(AccuracyOfRuns, FailingRunsAreResultsToo) {
   const TemporaryFolder folder;
   const auto status = [&](const std::string& script) {
     const Study study = run_study({}, {{}}, {}, stub_options(folder, script));
@@ -334,7 +334,7 @@ TEST(AccuracyStudy, FailingRunsAreResultsToo) {
   EXPECT_EQ(status("kill -SEGV $$"), std::string("crashed: ") + strsignal(SIGSEGV));
 }
 
-TEST(AccuracyStudy, GoesBackThroughTheCasesInTheSecondPass) {
+TEST(AccuracyOfRuns, GoesBackThroughTheCasesInTheSecondPass) {
   const TemporaryFolder folder;
   StudyOptions options = stub_options(folder, "for a in $*; do o=$a; done; echo $o >> " + (folder / "order").string());
   const Case a{{{"elements", "2"}}, CasePart::one_knob, true}, b{{{"elements", "3"}}, CasePart::one_knob, true};
