@@ -289,8 +289,7 @@ std::string StageModel::describe_dof(Index dof) const {
     const Index first = layout.first_dof(field.element_node(f, 0)), last = layout.first_dof(field.last_node(f) + 1);
     if (dof < first || dof >= last) continue;
     const double share = static_cast<double>(dof - first) / (last - first);
-    return fmt::format("fiber {} of yarn {} at {:.0f} % of its length", f,
-                       assembly_.mesh.yarns[assembly_.mesh.yarn_of_fiber[f]].name, 100 * share);
+    return field.describe(f, share * assembly_.mesh.length(f));
   }
   return "an unknown place";
 }

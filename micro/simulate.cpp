@@ -9,6 +9,7 @@
 #include <optional>
 #include <tuple>
 
+#include "micro/contact/fiber_ends.h"
 #include "micro/core/error.h"
 #include "micro/core/wildcard.h"
 #include "micro/model.h"
@@ -106,6 +107,29 @@ void count_crossings(const StageModel& model, const State& state, const Assembly
   summary.crossing_order_ok = summary.n_crossings_ok == summary.n_crossings;
 }
 
+/// Fiber ends that lie inside other fibers, but for those that a body holds together with them.
+std::vector<BuriedEnd> free_buried_ends(const StageModel& model, const State& state, const Assembly& assembly) {
+  const auto tied = [&](Index fiber, std::optional<FiberEnd> end, Index body) {
+    return std::any_of(assembly.ties.begin(), assembly.ties.end(), [&](const EndTie& t) {
+      return t.fiber == fiber && t.body == body && (!end || t.end == *end);
+    });
+  };
+  return find_buried_ends(model.field, state, [&](Index fiber, FiberEnd end, Index other) {
+    return std::any_of(assembly.ties.begin(), assembly.ties.end(),
+                       [&](const EndTie& t) { return t.fiber == other && tied(fiber, end, t.body); });
+  });
+}
+
+/// The first few of them by name.
+std::string names_of(const std::vector<BuriedEnd>& ends, const FiberField& field) {
+  constexpr std::size_t n_named = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(ends.size(), n_named); ++i)
+    text += fmt::format("{}the {} of fiber {} in {}", i > 0 ? ", " : "", ends[i].end == FiberEnd::start ? "start" : "end",
+                        ends[i].fiber, field.describe(ends[i].inside, ends[i].s));
+  return text + (ends.size() > n_named ? fmt::format(", and {} more", ends.size() - n_named) : "");
+}
+
 /// A run in progress: what passes from increment to increment and from stage to stage.
 class Run {
  public:
@@ -138,6 +162,10 @@ class Run {
       if (stop_requested() && i + 1 < scene_.stages.size() && summary_.status == Status::done)
         summary_.status = Status::interrupted;
     }
+    if (summary_.n_unstable_increments > 0)
+      warn(fmt::format("{} of {} increments ended in an equilibrium that is known to be unstable, the first one {}: a small "
+                       "disturbance, say a slight bow, would lead elsewhere",
+                       summary_.n_unstable_increments, summary_.n_increments, first_unstable_));
     return std::move(summary_);
   }
 
@@ -165,6 +193,22 @@ class Run {
     energy_.stored = energy.stored / unit;
   }
 
+  void warn(const std::string& text) {
+    if (options_.log) options_.log("warning: " + text);
+    summary_.warnings.push_back(text);
+  }
+
+  /// Ends have no contact: those that went into other fibers are counted and named.
+  void look_for_buried_ends(const StageModel& model, const State& state, const Stage& stage) {
+    if (!model.contact) return;
+    const std::vector<BuriedEnd> ends = free_buried_ends(model, state, assembly_);
+    summary_.n_buried_ends = static_cast<Index>(ends.size());
+    if (!ends.empty())
+      warn(fmt::format("stage {}: {} inside other fibers, where ends have no contact: {}", stage.name,
+                       ends.size() == 1 ? "1 fiber end lies" : fmt::format("{} fiber ends lie", ends.size()),
+                       names_of(ends, model.field)));
+  }
+
   void run(const Stage& stage, std::size_t index) {
     place_leaders(assembly_, stage, carried_.poses);
     StageModel model(scene_, assembly_, stage, carried_);
@@ -182,12 +226,13 @@ class Run {
     path.max_geometry_updates = scene_.solver.max_geometry_updates;
     path.geometry_tolerance = scene_.solver.geometry_tolerance;
     path.min_increment = scene_.solver.min_increment;
+    path.may_take_whole_steps = !model.contact;
     path.prediction_cap = newton_settings.step_cap * smallest_radius;
     energy_before_.external_work += switching_work(model);
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
     State state = model.start, before = model.start;
     std::vector<double> forces = carried_.body_forces;
-    double work = 0, adaptation_work = 0;  // of the bodies and of adapted penalties, in this stage
+    double work = 0;  // of the bodies, in this stage
     StageDriver driver;
     driver.log = options_.log;
     // Fibers that are still being damped are on their way, not in equilibrium.
@@ -198,9 +243,7 @@ class Run {
       work += external_work(model, before, accepted, forces, forces_now);
       energy_.external_work = energy_before_.external_work + work +
                               (model.crossing_order ? model.crossing_order->work() : 0) +
-                              (model.contact ? model.contact->limit_work() : 0) + adaptation_work;
-      // It takes effect with the next increment.
-      adaptation_work = model.contact ? model.contact->adaptation_work() : 0;
+                              (model.contact ? model.contact->limit_work() + model.contact->adaptation_work() : 0);
       forces = forces_now;
       before = accepted;
       return record(model, accepted, report, stage, index);
@@ -220,6 +263,7 @@ class Run {
     if (model.crossing_order) add_history(carried_.contact_history, model.crossing_order->history(state));
     carried_.just_separated = stage.separate_yarns;
     count_crossings(model, state, assembly_, summary_);
+    look_for_buried_ends(model, state, stage);
     if (outcome.status == StageOutcome::Status::interrupted) summary_.status = Status::interrupted;
     if (outcome.status == StageOutcome::Status::gave_up) {
       if (since_saved_ > 0) {
@@ -231,10 +275,12 @@ class Run {
         save(model, state, last_point_, last_solver_);
       }
       summary_.status = Status::gave_up;
-      summary_.message = fmt::format(
-          "stage {} at stage time {:.4f}: {}, near {}; the smallest allowed increment failed. Try more increments in this stage, "
-          "a larger proximal term, a larger solver.max_newton_iterations or a softer contact.penalty",
-          stage.name, outcome.stage_time, outcome.reason, model.describe_dof(outcome.worst_dof));
+      summary_.message = fmt::format("stage {} at stage time {:.4f}: {}{}; the smallest allowed increment failed", stage.name,
+                                     outcome.stage_time, outcome.reason,
+                                     outcome.worst_dof ? ", near " + model.describe_dof(*outcome.worst_dof) : "");
+      if (outcome.worst_dof)
+        summary_.message += ". Try more increments in this stage, a larger proximal term, a larger solver.max_newton_iterations or "
+                            "a softer contact.penalty";
     }
   }
 
@@ -260,6 +306,9 @@ class Run {
     solver.max_penetration_over_radius = model.contact ? model.contact->max_penetration_over_radius(state) : 0;
     solver.proximal = model.proximal ? model.proximal->eta() : 0;
     solver.seconds = report.seconds;
+    solver.unstable = report.unstable ? 1 : 0;
+    if (report.unstable && ++summary_.n_unstable_increments == 1)
+      first_unstable_ = fmt::format("in stage {} at stage time {:.4f}", stage.name, report.stage_time);
     energy_.stored = stored_energy(model, state);
     energy_.friction = energy_before_.friction + (model.contact ? model.contact->dissipated() : 0);
     energy_.damping = energy_before_.damping + (model.proximal ? model.proximal->dissipated() : 0);
@@ -330,6 +379,7 @@ class Run {
   CurvePoint last_point_;
   SolverRecord last_solver_;
   Index since_saved_ = 0;
+  std::string first_unstable_;  // where and when
 };
 
 }  // namespace

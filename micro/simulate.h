@@ -62,6 +62,9 @@ struct SimulationSummary {
   double max_penetration_over_radius = 0;              ///< at the end of the last stage
   double force_imbalance = 0, moment_imbalance = 0;    ///< at the end
   EnergyRecord energy;
+  Index n_unstable_increments = 0;                     ///< known to be: `SolverRecord::unstable`
+  Index n_buried_ends = 0;                             ///< fiber ends inside other fibers, at the end of the last stage
+  std::vector<std::string> warnings;                   ///< what is solved, but may not be what was meant
   bool crossing_order_ok = true;                       ///< true without a weave
   Index n_crossings = 0, n_crossings_ok = 0;
   int n_threads = 0;

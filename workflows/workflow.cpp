@@ -98,6 +98,7 @@ void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
     terminal.line("Interrupted: everything up to the last increment is saved.");
   if (summary.status == Status::gave_up)
     terminal.line(fmt::format("The solver gave up: {}\nThe last good state is saved.", summary.message));
+  for (const std::string& warning : summary.warnings) terminal.line("Warning: " + warning + ".");
   if (!summary.crossing_order_ok)
     terminal.line(fmt::format("Crossing order: only {} of {} crossings agree with the weave.", summary.n_crossings_ok,
                               summary.n_crossings));

@@ -222,14 +222,19 @@ double Contact::max_penetration_over_radius(const State& state) const {
   return largest;
 }
 
+bool Contact::wants_repeat(const State& state) const {
+  constexpr double tolerated = 5.0 / 3;
+  return law_.adapt_penalty && max_penetration_over_radius(state) > tolerated * law_.target_penetration;
+}
+
 void Contact::commit(const State& state) {
   double allowance_force = 0;
   for (const ContactElement& e : elements_)
     allowance_force += e.allowance * penalty_force(e.gap(field_.layout(), state), e.penalty, regularisation(e));
-  adaptation_work_ += 0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
+  adaptation_work_ += coming_adaptation_work_ + 0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
   allowance_force_n_ = allowance_force;
   fading_n_ = fading_;
-  if (law_.adapt_penalty) adapt_penalties(state);
+  coming_adaptation_work_ = law_.adapt_penalty ? adapt_penalties(state) : 0;
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     const ContactElement& e = elements_[i];
@@ -249,9 +254,10 @@ void Contact::commit(const State& state) {
 }
 
 /// Zone by zone: up to eight consecutive samples of a pair. Zones without any contact keep their penalty, so that a fiber does not meet
-/// one that its neighbours have worn down.
-void Contact::adapt_penalties(const State& state) {
+/// one that its neighbours have worn down. Returns the work that it does.
+double Contact::adapt_penalties(const State& state) {
   constexpr std::size_t zone_samples = 8;
+  double work = 0;
   for (std::size_t begin = 0; begin < elements_.size();) {
     const ContactElement& first = elements_[begin];
     std::size_t end = begin;
@@ -269,10 +275,11 @@ void Contact::adapt_penalties(const State& state) {
       ContactElement& e = elements_[begin];
       const double energy = penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
       // ∫ (∂ψ/∂k) dk at a constant force, at which the energy of the quadratic penalty goes with k^−½.
-      adaptation_work_ += 2 * energy * (1 - std::sqrt(e.penalty_scale / scale));
+      work += 2 * energy * (1 - std::sqrt(e.penalty_scale / scale));
       e.penalty_scale = scale;
     }
   }
+  return work;
 }
 
 }  // namespace trame::micro

@@ -36,6 +36,8 @@ class Contact final : public Effect {
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   void commit(const State& state) override;
+  /// Where penetrations are above 5/3 of their target, for which the penalties have just been adapted.
+  [[nodiscard]] bool wants_repeat(const State& state) const override;
 
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
   /// Friction of each of `elements`; empty without friction.
@@ -79,7 +81,7 @@ class Contact final : public Effect {
   [[nodiscard]] double mean_radius(Index a, Index b) const;
   [[nodiscard]] double starting_scale(const Proximity& proximity) const;
   void note_loaded_particles();
-  void adapt_penalties(const State& state);
+  [[nodiscard]] double adapt_penalties(const State& state);
 
   const FiberField& field_;
   ContactLaw law_;
@@ -98,6 +100,7 @@ class Contact final : public Effect {
   std::vector<LoadedParticle> loaded_;   // particles in contact, sorted, with the logarithm of their penalty scale
   std::optional<double> slip_energy_n_;  // at the last accepted increment; empty before the first detection of a stage
   double dissipated_ = 0, adaptation_work_ = 0, limit_work_ = 0;
+  double coming_adaptation_work_ = 0;  // of penalties adapted at the last commit, which act from the next step on
   int n_searches_ = 0;
 };
 

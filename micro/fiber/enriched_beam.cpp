@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <numbers>
 
+#include "micro/fiber/collapse.h"
+
 namespace trame::micro {
 
 namespace {
@@ -164,6 +166,25 @@ double EnrichedBeams::energy(const State& state) const {
       }
   }
   return sum;
+}
+
+std::string EnrichedBeams::objection(const State& /*start*/, const State& state) const {
+  for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
+    if (field_.model(f) != FiberModel::enriched) continue;
+    const double h = field_.element_length(f);
+    const MeasureMatrix& stretch = sections_[section_of_fiber_[f]].measure[0];
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e)
+      for (int g = 0; g < 2; ++g) {
+        const Vec3* q = state.q.data() + field_.layout().first_vector(field_.element_node(f, e));
+        const double t = gauss_points[g];
+        const Z z = interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, h));
+        const double strain = 0.5 * stretch.cwiseProduct(z.transpose() * z).sum() - reference(f, e, g)[0];
+        const bool inside_out = z.col(0).dot(z.col(1).cross(z.col(2))) <= 0;
+        if (inside_out || strain <= softening_strain)
+          return collapse_text(field_, f, h * (e + 0.5 * (1 + t)), strain, inside_out);
+      }
+  }
+  return {};
 }
 
 void EnrichedBeams::add(const State& state, Assembler& assembler) const {

@@ -1,5 +1,7 @@
 #include "micro/fiber/fiber_field.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -59,6 +61,11 @@ std::array<Vec3, 2> FiberField::section(const State& state, Index fiber, double 
   const Vec3* q = state.q.data() + layout_->first_vector(element_node(fiber, e));
   const auto n = quadratic_shape(t);
   return {n[0] * q[1] + n[1] * q[4] + n[2] * q[7], n[0] * q[2] + n[1] * q[5] + n[2] * q[8]};
+}
+
+std::string FiberField::describe(Index fiber, double s) const {
+  return fmt::format("fiber {} of yarn {} at {:.0f} % of its length", fiber, mesh_->yarns[mesh_->yarn_of_fiber[fiber]].name,
+                     100 * s / mesh_->length(fiber));
 }
 
 FiberPoint FiberField::particle(Index fiber, double s, const Vec2& xi) const {

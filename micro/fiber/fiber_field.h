@@ -3,6 +3,7 @@
 /// Fibers as continuous curves over the unknowns of a system, whatever their model.
 
 #include <array>
+#include <string>
 
 #include "micro/fiber/fiber_mesh.h"
 #include "micro/io/scene.h"
@@ -52,6 +53,8 @@ class FiberField {
   [[nodiscard]] CurvePointAndTangent curve(const State& state, Index fiber, double s) const;
   /// Section vectors at s (enriched fibers only).
   [[nodiscard]] std::array<Vec3, 2> section(const State& state, Index fiber, double s) const;
+  /// "fiber 3 of yarn warp/1 at 40 % of its length", for messages.
+  [[nodiscard]] std::string describe(Index fiber, double s) const;
   /// The particle (s, ξ) as a linear form; ξ is ignored for rods.
   [[nodiscard]] FiberPoint particle(Index fiber, double s, const Vec2& xi) const;
 

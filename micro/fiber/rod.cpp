@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "micro/fiber/collapse.h"
+
 namespace trame::micro {
 
 namespace {
@@ -51,6 +53,26 @@ double Rods::energy(const State& state) const {
     }
   }
   return sum;
+}
+
+std::string Rods::objection(const State& start, const State& state) const {
+  for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
+    if (field_.model(f) != FiberModel::rod) continue;
+    const double h = field_.element_length(f);
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
+      const Index first = field_.layout().first_vector(field_.element_node(f, e));
+      for (const auto& p : lobatto) {
+        const auto c = hermite_shape_derivative(p.t, h);
+        const Vec3 tangent = combine(c, state.q.data() + first);
+        const double strain = 0.5 * (tangent.squaredNorm() - 1);
+        // A rod has no section to tell inside from outside: a tangent that turns over in one step stands for it.
+        const bool turned_over = tangent.dot(combine(c, start.q.data() + first)) <= 0;
+        if (turned_over || strain <= softening_strain)
+          return collapse_text(field_, f, h * (e + 0.5 * (1 + p.t)), strain, turned_over);
+      }
+    }
+  }
+  return {};
 }
 
 void Rods::add(const State& state, Assembler& assembler) const {

@@ -20,6 +20,8 @@ class Rods final : public Effect {
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
+  /// Objects to fibers that collapsed (collapse.h).
+  [[nodiscard]] std::string objection(const State& start, const State& state) const override;
 
  private:
   void add_element(const Vec3* q, Index fiber, Index first_node, Assembler& assembler) const;

@@ -157,6 +157,14 @@ inline Dims extent(hid_t dataset) {
   return dims;
 }
 
+/// Whether a file is large enough to hold `n` entries of a dataset. Deflate shrinks nothing to less than a thousandth, so
+/// more can only be claimed, and is not to be allocated.
+inline bool can_be_stored(hid_t dataset, double n) {
+  const Handle file(H5Iget_file_id(dataset)), type(H5Dget_type(dataset));
+  hsize_t size = 0;
+  return H5Fget_filesize(file, &size) >= 0 && n * double(H5Tget_size(type)) <= 1100.0 * double(size);
+}
+
 inline std::string text(const Dims& dims) { return fmt::format("({})", fmt::join(dims, " x ")); }
 
 /// Selection of `count` entries from `start` in a dataset.

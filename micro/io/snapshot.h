@@ -48,6 +48,9 @@ struct SolverRecord {
   double proximal = 0;                               ///< η in natural units (largest axial modulus × mean radius of the types), 0: no damping
   EnergyRecord energy;
   double seconds = 0;
+  /// 1: the equilibrium is known to be unstable, a disturbance would leave it; 0: not known to be. Looked at where the solver met
+  /// an indefinite tangent in its last iterations, and at the end of each stage.
+  Index unstable = 0;
 };
 
 struct Increment {

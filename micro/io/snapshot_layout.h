@@ -46,7 +46,7 @@ void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.ragged("contacts/length", "m", contacts.length, false);
 }
 
-/// `visit.scalar(path, unit, field)`: one value per increment.
+/// `visit.scalar(path, unit, field)`: one value per increment; `visit.later_scalar`: the same, which older files do not have.
 template <class Solver, class Visitor>
 void visit_solver(Solver& solver, Visitor& visit) {
   visit.scalar("solver/n_newton_iterations", "1", solver.n_newton_iterations);
@@ -59,6 +59,7 @@ void visit_solver(Solver& solver, Visitor& visit) {
   visit.scalar("solver/moment_imbalance", "1", solver.moment_imbalance);
   visit.scalar("solver/proximal", "1", solver.proximal);
   visit.scalar("solver/seconds", "s", solver.seconds);
+  visit.later_scalar("solver/unstable", "1", solver.unstable);
   visit.scalar("energy/external_work", "J", solver.energy.external_work);
   visit.scalar("energy/stored", "J", solver.energy.stored);
   visit.scalar("energy/friction", "J", solver.energy.friction);

@@ -49,7 +49,9 @@ struct Fetcher {
                    fmt::format("dataset {} has size {}, expected {}", path, hdf5::text(size), hdf5::text(wanted)));
     double n = 1;
     for (hsize_t c : count) n *= double(c);
-    states.require(n < 1e9, fmt::format("dataset {} claims {:g} entries", path, n));
+    const bool starts_within = start[0] <= size[0] && count[0] <= size[0] - start[0];
+    states.require(starts_within && hdf5::can_be_stored(set, n),
+                   fmt::format("dataset {} claims {:g} entries, more than are stored", path, n));
     std::vector<Scalar> flat(static_cast<std::size_t>(n));
     read(set, path, hdf5::memory_type<Scalar>(), start, count, flat.data());
     std::vector<T> values;
@@ -70,6 +72,8 @@ struct Fetcher {
     const Dims size = hdf5::extent(set);
     states.require(size.size() == 1,
                    fmt::format("dataset {} has size {}, expected one dimension", path, hdf5::text(size)));
+    states.require(hdf5::can_be_stored(set, double(size[0])),
+                   fmt::format("dataset {} claims {} entries, more than are stored", path, size[0]));
     std::vector<char*> pointers(size[0]);
     states.require(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()) >= 0,
                    fmt::format("dataset {} is damaged", path));
@@ -104,6 +108,10 @@ struct Fetcher {
   template <class T>
   void scalar(const std::string& path, const char*, T& value) const {
     value = rows<T>(path, {i + 1}, {i}, {1})[0];
+  }
+  template <class T>
+  void later_scalar(const std::string& path, const char* unit, T& value) const {
+    if (H5Lexists(states.file, path.c_str(), H5P_DEFAULT) > 0) scalar(path, unit, value);
   }
   void label(const std::string& path, std::string& value) const {
     const Handle set = open(path);

@@ -134,6 +134,10 @@ struct Creator {
   void scalar(const std::string& path, const char* unit, const T&) {
     create(path, hdf5::file_type<T>(), {0}, {scalar_chunk_rows}, false, unit);
   }
+  template <class T>
+  void later_scalar(const std::string& path, const char* unit, const T& value) {
+    scalar(path, unit, value);
+  }
   void label(const std::string& path, const std::string&) {
     create(path, hdf5::string_type(layout::max_stage_bytes), {0}, {page_size / layout::max_stage_bytes}, false, "1");
   }
@@ -183,6 +187,10 @@ struct Appender {
   template <class T>
   void scalar(const std::string& path, const char*, const T& value) {
     write(path, hdf5::memory_type<T>(), {i}, {1}, &value);
+  }
+  template <class T>
+  void later_scalar(const std::string& path, const char* unit, const T& value) {
+    scalar(path, unit, value);
   }
   void label(const std::string& path, const std::string& value) {
     states.require(value.size() <= layout::max_stage_bytes,

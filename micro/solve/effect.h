@@ -2,6 +2,7 @@
 /// \file
 /// The one interface behind which all physics stands.
 
+#include <string>
 #include <string_view>
 
 #include "micro/solve/system.h"
@@ -27,8 +28,12 @@ class Effect {
   virtual void add(const State& state, Assembler& assembler) const = 0;
   /// The potential whose gradient `add` gives.
   [[nodiscard]] virtual double energy(const State& state) const = 0;
+  /// Why the equilibrium `state`, reached in a step from `start`, must not be accepted all the same, and what may help; empty where it may.
+  [[nodiscard]] virtual std::string objection(const State& /*start*/, const State& /*state*/) const { return {}; }
   /// The step is accepted: history moves on.
   virtual void commit(const State& /*state*/) {}
+  /// True where `commit` has changed the effect so much that the last step of a stage should be taken again from `state`, at the same loads.
+  [[nodiscard]] virtual bool wants_repeat(const State& /*state*/) const { return false; }
 };
 
 }  // namespace trame::micro

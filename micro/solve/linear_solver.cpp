@@ -104,15 +104,51 @@ void LinearSolver::multiply(std::span<const double> values, std::span<const doub
   }
 }
 
-std::optional<int> LinearSolver::solve(std::span<const double> values, std::span<double> b, double tolerance,
-                                       int max_iterations) {
+double LinearSolver::begin_iterations(std::span<const double> b) {
   std::fill(x_.begin(), x_.end(), 0.0);
   std::copy(b.begin(), b.end(), residual_.begin());
   precondition(residual_, z_);
-  double rz = dot(residual_, z_);
+  direction_ = z_;
+  return dot(residual_, z_);
+}
+
+double LinearSolver::curvature(std::span<const double> values) {
+  multiply(values, direction_, product_);
+  return dot(direction_, product_);
+}
+
+double LinearSolver::iterate(double curvature, double norm_squared) {
+  const double alpha = norm_squared / curvature;
+  for (std::size_t d = 0; d < x_.size(); ++d) {
+    x_[d] += alpha * direction_[d];
+    residual_[d] -= alpha * product_[d];
+  }
+  precondition(residual_, z_);
+  const double next = dot(residual_, z_), beta = next / norm_squared;
+  for (std::size_t d = 0; d < x_.size(); ++d) direction_[d] = z_[d] + beta * direction_[d];
+  return next;
+}
+
+bool LinearSolver::finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations) {
+  constexpr double neutral = 1e-6;  // a curvature of no size against that of the preconditioner is round-off
+  double rz = begin_iterations(b), by_preconditioner = rz;  // curvatures of the direction: of the preconditioner, and of K
+  const double negligible = 1e-16 * rz;
+  for (int i = 0; i < max_iterations && rz > negligible; ++i) {
+    const double by_k = curvature(values);
+    if (by_k < -neutral * by_preconditioner) return true;
+    if (!(by_k > 0)) return false;
+    const double next = iterate(by_k, rz), beta = next / rz;
+    by_preconditioner = next + beta * beta * by_preconditioner;
+    rz = next;
+  }
+  return false;
+}
+
+std::optional<int> LinearSolver::solve(std::span<const double> values, std::span<double> b, double tolerance,
+                                       int max_iterations) {
+  double rz = begin_iterations(b);
   if (!std::isfinite(rz)) return std::nullopt;
   const double start = rz, goal = tolerance * tolerance * rz;
-  direction_ = z_;
   int iteration = 0;
   while (rz > goal) {
     if (iteration == max_iterations) return std::nullopt;
@@ -120,19 +156,9 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
     if (iteration >= judged_from && std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
       return std::nullopt;
     ++iteration;
-    multiply(values, direction_, product_);
-    const double curvature = dot(direction_, product_);
-    if (!(curvature > 0)) return std::nullopt;
-    const double alpha = rz / curvature;
-    for (std::size_t d = 0; d < x_.size(); ++d) {
-      x_[d] += alpha * direction_[d];
-      residual_[d] -= alpha * product_[d];
-    }
-    precondition(residual_, z_);
-    const double next = dot(residual_, z_);
-    const double beta = next / rz;
-    rz = next;
-    for (std::size_t d = 0; d < x_.size(); ++d) direction_[d] = z_[d] + beta * direction_[d];
+    const double along = curvature(values);
+    if (!(along > 0)) return std::nullopt;
+    rz = iterate(along, rz);
   }
   std::copy(x_.begin(), x_.end(), b.begin());
   return iteration;

@@ -31,6 +31,10 @@ class LinearSolver {
   [[nodiscard]] std::optional<int> solve(std::span<const double> values, std::span<double> b, double tolerance,
                                          int max_iterations);
 
+  /// Whether a direction x of negative curvature, xᵀ K x < 0, turns up in the first `max_iterations` conjugate gradients from b. False
+  /// says nothing. Destroys b.
+  [[nodiscard]] bool finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations);
+
   [[nodiscard]] double n_factor_entries() const {
     return elimination_.value_start.empty() ? 0 : static_cast<double>(elimination_.value_start.back());
   }
@@ -38,6 +42,12 @@ class LinearSolver {
 
  private:
   void precondition(std::span<const double> residual, std::span<double> z);
+  /// Begins conjugate gradients at x = 0; returns the norm of the residual, squared: that of the preconditioner's inverse.
+  [[nodiscard]] double begin_iterations(std::span<const double> b);
+  /// The curvature of the present direction, K times which is then in product_.
+  [[nodiscard]] double curvature(std::span<const double> values);
+  /// Goes along the present direction to its lowest point and takes the next direction; returns the new norm, squared.
+  [[nodiscard]] double iterate(double curvature, double norm_squared);
   /// y = K x
   void multiply(std::span<const double> values, std::span<const double> x, std::span<double> y);
 

@@ -12,7 +12,7 @@ namespace {
 struct Attempt {
   bool accepted = false;
   std::string reason;
-  Index worst_dof = 0;
+  std::optional<Index> worst_dof;
 };
 
 /// One increment: alternates contact detection and Newton's method until the state is in equilibrium with its own geometry. After two
@@ -36,7 +36,7 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
       report.residual = r.relative();
       worst_dof = r.worst_dof;
       if (driver.log) driver.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
-      if (report.residual <= slack * settings.geometry_tolerance || r.norm <= newton.force_floor()) return {true, "", 0};
+      if (report.residual <= slack * settings.geometry_tolerance || r.norm <= newton.force_floor()) return {true, "", std::nullopt};
       if (update == settings.max_geometry_updates) break;
     }
     ++report.n_geometry_updates;
@@ -57,6 +57,16 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
   return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual), worst_dof};
 }
 
+/// What speaks against an equilibrium that a step from `start` has reached; empty where nothing does.
+std::string objection(const Effects& effects, const State& start, const State& state) {
+  for (const auto& effect : effects) {
+    if (!std::isfinite(effect->energy(state)))
+      return fmt::format("the energy of {} became infinite or not a number", effect->name());
+    if (std::string why = effect->objection(start, state); !why.empty()) return why;
+  }
+  return {};
+}
+
 /// First guess of a step: vectors go on as in the last one, `ratio` times as far but none farther than `cap`.
 /// Rotations stay: their prescribed parts are advanced by Newton's method.
 State predict(const State& state, const State& before, double ratio, double cap) {
@@ -69,6 +79,35 @@ State predict(const State& state, const State& before, double ratio, double cap)
   return predicted;
 }
 
+void commit(const Effects& effects, const State& state) {
+  for (const auto& effect : effects) effect->commit(state);
+}
+
+/// Takes the last step of a stage again, at its loads, where effects ask for it: a stage shall end with penalties that fit its forces, not those of the increment
+/// before. A repetition that fails leaves things as they were.
+void repeat_last(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings, const StageDriver& driver, Timers& timers,
+                 PrescribedMotion motion, State& state, IncrementReport& report) {
+  constexpr int max_repetitions = 8;
+  std::fill(motion.motion.begin(), motion.motion.end(), 0.0);  // it has been made
+  const auto wants_repeat = [&](const auto& effect) { return effect->wants_repeat(state); };
+  for (int n = 0; n < max_repetitions && std::any_of(effects.begin(), effects.end(), wants_repeat); ++n) {
+    if (driver.log) driver.log("  once more, with penalties adapted");
+    State trial = state;
+    for (const auto& effect : effects) effect->begin_step(state, 1);
+    const Attempt attempt = try_increment(newton, effects, settings, driver, timers, motion, driver.slack(1), trial, report);
+    if (!attempt.accepted || !objection(effects, state, trial).empty()) {
+      trial = state;
+      for (const auto& effect : effects) {
+        effect->begin_step(state, 1);
+        effect->update(state, Effect::Update::everything);
+      }
+      n = max_repetitions;
+    }
+    commit(effects, trial);
+    state = std::move(trial);
+  }
+}
+
 }  // namespace
 
 StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
@@ -78,6 +117,12 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
   State before = state;  // the accepted state before `state`
   int n_accepted = 0;
   IncrementReport report;
+  // An equilibrium beyond `state` that was refused: it says more than that smaller increments found none.
+  std::optional<Attempt> refused;
+  // Slender fibers that bend are stretched by the square of each step: their potential rises at first, and line searches cut such steps down to nothing. Whole steps get
+  // through, for what is stretched in one step is taken back in the next, but they do not know uphill from downhill.
+  bool searches = true;
+  newton.search_along_steps(searches);
   auto clock = Timers::Clock::now();
   while (time < 1) {
     // A last increment that would be a sliver is joined to the one before.
@@ -88,17 +133,30 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     State trial = report.n_cuts == 0 && n_accepted > 1
                       ? predict(state, before, (to - time) / last_size, settings.prediction_cap)
                       : state;
-    const Attempt attempt =
-        try_increment(newton, effects, settings, driver, timers, driver.motion(trial, time, to), driver.slack(to), trial, report);
+    const PrescribedMotion motion = driver.motion(trial, time, to);
+    Attempt attempt = try_increment(newton, effects, settings, driver, timers, motion, driver.slack(to), trial, report);
+    if (attempt.accepted)
+      if (const std::string why = objection(effects, state, trial); !why.empty()) {
+        attempt = {false, why, std::nullopt};
+        refused = attempt;
+      }
     if (!attempt.accepted) {
       ++report.n_cuts;
       size = 0.5 * (to - time);
       if (driver.log) driver.log(fmt::format("  cut: {}", attempt.reason));
+      if (size < settings.min_increment && searches && settings.may_take_whole_steps) {
+        if (driver.log) driver.log("  whole steps from here on");
+        newton.search_along_steps(searches = false);
+        size = nominal;
+      }
       if (size < settings.min_increment)
-        return {StageOutcome::Status::gave_up, attempt.reason, time, attempt.worst_dof};
+        return {StageOutcome::Status::gave_up, refused.value_or(attempt).reason, time, refused.value_or(attempt).worst_dof};
       continue;
     }
-    for (const auto& effect : effects) effect->commit(trial);
+    report.unstable = (newton.projected() || to == 1) && newton.seen_unstable(effects, motion, trial);
+    if (report.unstable && driver.log) driver.log("    this equilibrium is unstable");
+    commit(effects, trial);
+    if (to == 1) repeat_last(newton, effects, settings, driver, timers, motion, trial, report);
     ++n_accepted;
     before = std::exchange(state, std::move(trial));
     last_size = to - time;
@@ -108,10 +166,11 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     const bool go_on = driver.accepted(state, report);
     if (report.n_cuts == 0) size = std::min(nominal, 2 * size);
     report = {};
+    refused.reset();
     clock = Timers::Clock::now();
-    if (!go_on && time < 1) return {StageOutcome::Status::interrupted, "", time, 0};
+    if (!go_on && time < 1) return {StageOutcome::Status::interrupted, "", time, std::nullopt};
   }
-  return {StageOutcome::Status::done, "", 1, 0};
+  return {StageOutcome::Status::done, "", 1, std::nullopt};
 }
 
 }  // namespace trame::micro

@@ -3,6 +3,7 @@
 /// Advances a stage from time 0 to 1 in increments that are cut where they fail.
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "micro/solve/newton.h"
@@ -15,6 +16,7 @@ struct LoadPathSettings {
   int max_detours = 60;              ///< detections in an increment on the way, where fibers move far
   double geometry_tolerance = 1e-3;  ///< relative residual after the contact geometry has been updated
   double min_increment = 1e-4;       ///< of stage time
+  bool may_take_whole_steps = false; ///< where even the smallest increment fails, goes on without line searches before giving up
   double prediction_cap = 0.5;       ///< largest motion of a first guess, in the unit of length
 };
 
@@ -24,6 +26,7 @@ struct IncrementReport {
   int n_newton_iterations = 0, n_factorizations = 0, n_geometry_updates = 0;
   int n_cuts = 0;           ///< failed attempts since the last accepted increment; their iterations are counted
   double residual = 0;      ///< relative, with the geometry of the final state
+  bool unstable = false;    ///< the equilibrium is known to be unstable; looked at where Newton's method met an indefinite tangent, and at the stage's end
   double seconds = 0;
 };
 
@@ -42,7 +45,7 @@ struct StageOutcome {
   enum class Status : std::uint8_t { done, interrupted, gave_up } status = Status::done;
   std::string reason;       ///< why it gave up
   double stage_time = 0;    ///< reached
-  Index worst_dof = 0;      ///< where the residual of the last failure is largest
+  std::optional<Index> worst_dof;  ///< where the residual of the last failure is largest; nothing where `reason` says where
 };
 
 /// Runs a stage on `state`, which at the end holds the last accepted one.

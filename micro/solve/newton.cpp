@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <random>
 #include <utility>
 
 namespace trame::micro {
@@ -22,7 +23,12 @@ std::string_view describe(NewtonOutcome::Status status) {
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
       linear_(layout, settings.precision, n_threads),
-      force_(layout.n_dofs()), magnitude_(layout.n_vectors()), step_(layout.n_dofs()) {
+      unit_(layout.n_vectors(), 1.0), damping_(layout.n_vectors()), force_(layout.n_dofs()), magnitude_(layout.n_vectors()),
+      step_(layout.n_dofs()) {
+  for (Index j = 0; j < layout.n_nodes(); ++j) {
+    unit_[layout.first_vector(j)] = settings.length;
+    node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
+  }
   owned_from_.resize(n_threads_ + 1);
   for (int t = 0; t <= n_threads_; ++t)
     owned_from_[t] = static_cast<Index>(static_cast<std::int64_t>(layout.n_nodes()) * t / n_threads_);
@@ -116,7 +122,7 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 /// iterations on it cost less than a new one. A tangent that is not positive definite is replaced by its projection, and a factor that does not do in single precision by
 /// one in double.
 bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
-                             double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
+                             double tolerance, NewtonOutcome& outcome) {
   constexpr int max_iterations = 50;
   // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
   const double affordable = n_factor_flops() / (50 * std::max(1.0, n_factor_entries()));
@@ -136,6 +142,7 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
     ++outcome.n_factorizations;
     return linear_.factorize(values_);
   };
+  bool try_old_factor = true;
   const auto find = [&] {
     if (std::exchange(try_old_factor, false) && linear_.has_factor() && solve(max_iterations_with_old_factor))
       return true;
@@ -146,15 +153,77 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
     round_off_ = estimated_round_off(state);
     for (std::size_t d = 0; d < force_.size(); ++d) step_[d] = -force_[d];
     impose(prescribed, remaining);
+    for (Index v = 0; v < layout_.n_vectors(); ++v)
+      if (damping_[v] > 0) add_to_diagonal(v, damping_[v]);
+    load_ = step_;
     if (find()) break;
     if (!projected_)
       projected_ = true;
     else if (!linear_.refine_precision())
       return false;
   }
+  constexpr int max_raises = 3;
+  for (int n = 0; n < max_raises && raise_damping(prescribed); ++n) {
+    try_old_factor = true;
+    step_ = load_;
+    if (!find()) return false;
+  }
   for (std::size_t d = 0; d < step_.size(); ++d)
     if (prescribed.fixed[d]) step_[d] = remaining * prescribed.motion[d];
   return true;
+}
+
+/// Where a step is longer than the trust radius, something soft wants to go far: adds to the damping of the vectors that move most (Levenberg and Marquardt's method), as much as
+/// holds them back and hardly anything else: a soft mode of stiffness k = s·K s / s·s gets μ = k (‖s‖ / radius − 1). False if the step is short enough.
+bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
+  const Largest longest = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
+  if (longest.size <= 1.2 * trust_radius_) return false;
+  std::vector<Index> far;
+  double work = 0, squares = 0;
+  for (Index v = 0; v < layout_.n_vectors(); ++v) {
+    const Eigen::Map<const Vec3> step(step_.data() + 3 * v), load(load_.data() + 3 * v);
+    if (prescribed.fixed[3 * v] || prescribed.fixed[3 * v + 1] || prescribed.fixed[3 * v + 2] || step.norm() <= 0.5 * trust_radius_ * unit_[v]) continue;
+    far.push_back(v);
+    work += load.dot(step);
+    squares += step.squaredNorm() / (unit_[v] * unit_[v]);
+  }
+  if (work <= 0) return false;
+  const double more = work / squares * (longest.size / trust_radius_ - 1);
+  for (const Index v : far) {
+    damping_[v] += more / (unit_[v] * unit_[v]);
+    add_to_diagonal(v, more / (unit_[v] * unit_[v]));
+  }
+  return true;
+}
+
+/// After a step of which `alpha` was taken: how far the next may go, and how much damping is kept for it.
+void NewtonSolver::adapt_trust(double size, double alpha) {
+  if (alpha < 0.7)
+    trust_radius_ = std::clamp(alpha * size, settings_.step_cap / 64, settings_.step_cap);
+  else if (alpha == 1)
+    trust_radius_ = std::min(2 * trust_radius_, settings_.step_cap);
+  if (size >= 0.7 * trust_radius_) return;
+  const double kept = size < 0.1 * trust_radius_ ? 0 : 0.25;
+  for (double& d : damping_) d *= kept;
+}
+
+void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
+  const Index j = node_of_[vector], c = 3 * (vector - layout_.first_vector(j));
+  double* diagonal = values_.data() + pattern_.value_start(j) + static_cast<std::size_t>(c) * (pattern_.column_height(j) + 1);
+  for (int d = 0; d < 3; ++d, diagonal += pattern_.column_height(j) + 1) *diagonal += stiffness;
+}
+
+bool NewtonSolver::seen_unstable(const Effects& effects, const PrescribedMotion& prescribed, const State& state) {
+  constexpr int max_iterations = 12;
+  if (!linear_.has_factor()) return false;
+  assemble(effects, state, Assembler::Tangent::exact);
+  // Any load that no symmetry makes blind to a direction, the same in every run.
+  std::minstd_rand random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (double& load : step_) load = uniform(random);
+  impose(prescribed, 0);
+  const auto guard = timers_.measure(Phase::solve);
+  return linear_.finds_negative_curvature(values_, step_, max_iterations);
 }
 
 /// Norm of the round-off in the forces, from the diagonal of the tangent: ε ‖K_ii q_i‖, a few times over.
@@ -205,11 +274,10 @@ double NewtonSolver::line_search(const Effects& effects, const State& state, dou
 template <typename Change>
 NewtonSolver::Largest NewtonSolver::largest(const Change& change) const {
   Largest result;
-  for (Index j = 0; j < layout_.n_nodes(); ++j)
-    for (Index v = layout_.first_vector(j); v < layout_.first_vector(j + 1); ++v) {
-      const double size = change(v) / (v == layout_.first_vector(j) ? settings_.length : 1);
-      if (size > result.size) result = {size, v};
-    }
+  for (Index v = 0; v < layout_.n_vectors(); ++v) {
+    const double size = change(v) / unit_[v];
+    if (size > result.size) result = {size, v};
+  }
   return result;
 }
 
@@ -219,11 +287,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   double remaining = 1;  // part of the prescribed motion still to be made
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
   projected_ = false;
+  std::fill(damping_.begin(), damping_.end(), 0.0);
   const State start = state;
-  bool smooth = true;  // the last step was taken whole
-  double lowest = std::numeric_limits<double>::infinity(), cap = settings_.step_cap;
-  int n_capped = 0;  // steps at the cap since the lowest residual
-
+  trust_radius_ = settings_.step_cap;
   for (;; ++outcome.n_iterations) {
     const Residual r = evaluate(effects, prescribed, state);
     outcome.residual = r.relative();
@@ -241,18 +307,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
       return outcome;
     }
 
-    // Where capped steps do not lower the residual, something soft goes to and fro across the solution: shorter ones find it.
-    if (r.norm < 0.95 * lowest) {
-      lowest = r.norm;
-      n_capped = 0;
-      cap = settings_.step_cap;
-    } else if (n_capped >= 4) {
-      n_capped = 0;
-      cap = std::max(0.5 * cap, settings_.step_cap / 16);
-    }
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
     const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
-    if (!find_step(effects, prescribed, state, remaining, tolerance, smooth, outcome)) {
+    if (!find_step(effects, prescribed, state, remaining, tolerance, outcome)) {
       const bool finite = std::all_of(values_.begin(), values_.end(), [](double v) { return std::isfinite(v); });
       outcome.status = finite ? NewtonOutcome::Status::not_positive_definite : NewtonOutcome::Status::not_a_number;
       return outcome;
@@ -260,11 +317,10 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     if (log && n_factor_entries() != n_entries)
       log(fmt::format("      new order: {:.3g} entries in L, {:.3g} flops", n_factor_entries(), n_factor_flops()));
     const Largest step = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
-    double alpha = step.size > cap ? cap / step.size : 1.0;
-    if (alpha < 1) ++n_capped;
+    double alpha = std::min(1.0, settings_.step_cap / step.size);
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
-    if (remaining == 0) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
-    smooth = alpha == 1;
+    if (remaining == 0 && searches_) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
+    adapt_trust(step.size, alpha);
     if (log)
       log(fmt::format("      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",
                       step.size, step.vector, alpha, outcome.n_factorizations, outcome.n_linear_iterations));

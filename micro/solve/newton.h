@@ -76,6 +76,14 @@ class NewtonSolver {
   /// Residual norm that cannot be told from none: that of the settings, or the round-off of the last tangent's forces.
   [[nodiscard]] double force_floor() const { return std::max(settings_.force_floor, round_off_); }
 
+  /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the cap.
+  void search_along_steps(bool on) { searches_ = on; }
+  /// Whether the last solve met an exact tangent that was not positive definite.
+  [[nodiscard]] bool projected() const { return projected_; }
+  /// Whether the equilibrium `state` is seen to be unstable: a direction of negative curvature is found on its exact tangent, by a few
+  /// conjugate gradients behind the factor at hand. False says nothing.
+  [[nodiscard]] bool seen_unstable(const Effects& effects, const PrescribedMotion& prescribed, const State& state);
+
   [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(pattern_.n_values()); }
   [[nodiscard]] double n_factor_entries() const { return linear_.n_factor_entries(); }
   [[nodiscard]] double n_factor_flops() const { return linear_.n_factor_flops(); }
@@ -85,7 +93,10 @@ class NewtonSolver {
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
   void impose(const PrescribedMotion& prescribed, double remaining);
   [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
-                               double tolerance, bool try_old_factor, NewtonOutcome& outcome);
+                               double tolerance, NewtonOutcome& outcome);
+  [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
+  void adapt_trust(double size, double alpha);
+  void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                    const PrescribedMotion& prescribed);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
@@ -105,9 +116,13 @@ class NewtonSolver {
   Pattern pattern_;
   LinearSolver linear_;
   double round_off_ = 0;
+  double trust_radius_ = 0;  // of the ball in which the tangent is trusted, like step_cap
+  bool searches_ = true;
   bool projected_ = false;  // the exact tangent was indefinite in this solve
   std::vector<Index> owned_from_;  // n_threads + 1 node limits
-  std::vector<double> values_, force_, magnitude_, step_;
+  std::vector<Index> node_of_;               // of each vector
+  std::vector<double> unit_, damping_;       // of each vector: what counts as far, stiffness that holds it back
+  std::vector<double> values_, force_, magnitude_, load_, step_;
   State trial_;
 };
 

@@ -69,7 +69,7 @@ TEST(Buckling, FarIntoTheElastica) {
 
 TEST(Buckling, PerfectColumnHasAClearOutcome) {
   // Without a bow the straight state stays an equilibrium beyond Euler's load, an unstable one: nothing in a static
-  // solver leaves it, but it must not blow up either. Twice Euler's load.
+  // solver leaves it, but it must not blow up either, and must say so. Twice Euler's load.
   constexpr double length = 100;
   const double euler_strain = 4 * pi * pi * 0.25 / (length * length);
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
@@ -78,8 +78,26 @@ TEST(Buckling, PerfectColumnHasAClearOutcome) {
     const double load = -result.last().bodies.force[1].x() / (pi * euler_strain);
     double deflection = 0;
     for (const Vec3& r : result.last().fibers.r) deflection = std::max(deflection, std::hypot(r.y(), r.z()));
-    measured(fmt::format("{}: {}, P/P_E {:.3f}, deflection {:.1e} R", model == FiberModel::rod ? "rod" : "enriched",
-                         result.done() ? "done" : "gave up", load, deflection));
+    measured(fmt::format("{}: {}, P/P_E {:.3f}, deflection {:.1e} R, {} of {} increments known to be unstable",
+                         model == FiberModel::rod ? "rod" : "enriched", result.done() ? "done" : "gave up", load,
+                         deflection, result.summary.n_unstable_increments, result.summary.n_increments));
+    EXPECT_EQ(result.last().solver.unstable, 1);
+    EXPECT_GE(result.summary.n_unstable_increments, 1);
+    EXPECT_LE(result.summary.n_unstable_increments, 5);  // those above Euler's load
+    ASSERT_EQ(result.summary.warnings.size(), 1u);
+    EXPECT_NE(result.summary.warnings[0].find("unstable, the first one in stage shorten"), std::string::npos);
+  }
+}
+
+TEST(Buckling, StableColumnsAreNotCalledUnstable) {
+  // Straight at 0.95 times Euler's load, and bent far beyond it.
+  constexpr double length = 100;
+  const double euler_strain = 4 * pi * pi * 0.25 / (length * length);
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
+    EXPECT_EQ(run_scene(column(model, length, 0, 0.95 * euler_strain, 10)).summary.n_unstable_increments, 0);
+    const RunResult bent = run_scene(column(model, length, 0.5, 0.2, 20));
+    EXPECT_TRUE(bent.done());
+    EXPECT_EQ(bent.summary.n_unstable_increments, 0);
   }
 }
 

@@ -72,7 +72,7 @@ Increment sample_increment(Index i, Index n_contacts) {
                       {rotation, Mat3::Identity()},
                       {Vec3(0.1, 0.2, i), Vec3::Zero()},
                       {Vec3(6, 7, 8), Vec3(-i, 0, 0)}};
-  increment.solver = {11, 12 + i, 13, 14, 1e-5, 0.02, 1e-6, 1e-7, 1e-4, {1.5, 2.5, 3.5, 4.5, 5.5 * i}, 0.75};
+  increment.solver = {11, 12 + i, 13, 14, 1e-5, 0.02, 1e-6, 1e-7, 1e-4, {1.5, 2.5, 3.5, 4.5, 5.5 * i}, 0.75, 1};
   return increment;
 }
 
@@ -87,6 +87,7 @@ void expect_equal(const SolverRecord& a, const SolverRecord& b) {
   EXPECT_EQ(a.moment_imbalance, b.moment_imbalance);
   EXPECT_EQ(a.proximal, b.proximal);
   EXPECT_EQ(a.seconds, b.seconds);
+  EXPECT_EQ(a.unstable, b.unstable);
   EXPECT_EQ(a.energy.external_work, b.energy.external_work);
   EXPECT_EQ(a.energy.stored, b.energy.stored);
   EXPECT_EQ(a.energy.friction, b.energy.friction);
@@ -435,6 +436,12 @@ TEST_F(HostileFile, OtherLayoutVersion) {
     H5Aclose(attribute);
   });
   expect_complaint("layout_version 3; this program reads version 2 only");
+}
+
+TEST_F(HostileFile, OlderFileSaysNothingOfStability) {
+  remove_dataset("solver/unstable");
+  EXPECT_EQ(complaint(), "");
+  EXPECT_EQ(SnapshotReader(file_).read(0).solver.unstable, 0);
 }
 
 TEST_F(HostileFile, MissingDatasets) {
