@@ -194,6 +194,11 @@ TEST_F(FullRun, AnotherRunStartsWhereAStageEndedAndGivesTheSameForces) {
     EXPECT_NEAR(rows[i].warp_force, load[i].warp_force, 5e-3 * load.back().warp_force) << i;
     EXPECT_NEAR(rows[i].weft_force, load[i].weft_force, 5e-3 * load.back().weft_force) << i;
   }
+  // What weaving has lost is not an error of the load.
+  const auto lost_in_load = [](const nlohmann::json& results) {
+    return results.at("error_estimate").at("a_posteriori").at("steps").get<double>();
+  };
+  EXPECT_NEAR(lost_in_load(nlohmann::json::parse(read_text(*folder_ / "again/summary.json"))), lost_in_load(summary()), 5e-3);
 }
 
 TEST_F(FullRun, StartsFromNothingElseThanAFinishedStageOfTheSameFibers) {

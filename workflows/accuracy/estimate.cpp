@@ -45,6 +45,14 @@ EnergyRecord gain_of_last_stage(const std::vector<EnergyPoint>& energies) {
           b.imbalance - a.imbalance};
 }
 
+/// A run that goes on from the states of another holds their last one as increment 1: its last stage gains from there.
+std::vector<EnergyPoint> with_start(const SnapshotReader& states, std::vector<EnergyPoint> energies) {
+  if (states.n_increments() < 2) return energies;
+  const Increment first = states.read(1);
+  if (first.stage != energies.front().stage) energies.insert(energies.begin(), {first.stage, first.solver.energy});
+  return energies;
+}
+
 json number_or_null(const std::optional<double>& x) { return x && std::isfinite(*x) ? json(*x) : json(); }
 
 }  // namespace
@@ -102,7 +110,7 @@ PosterioriEstimate estimate_errors(const SnapshotReader& states, const std::vect
   PosterioriEstimate estimate;
   if (energies.empty()) return estimate;
   const Increment last = states.read(states.n_increments() - 1);
-  estimate.steps = step_error(energies);
+  estimate.steps = step_error(with_start(states, energies));
   estimate.penetration = penetration_error(last);
   estimate.elements = element_error(states.header().mesh, last);
   estimate.between_increments = interpolation_error(curve);
