@@ -42,11 +42,15 @@ YarnStrain summarise(Index increment, const YarnMesh& mesh, const StrainField& f
 /// What the unrolling of a yarn divides by. A run always has it; a damaged or foreign file may not. Throws InputError.
 void check_yarn(const FiberStates& states, const micro::Yarn& yarn, const std::vector<Vec3>& reference) {
   const micro::FiberMesh& fibers = states.header().mesh;
-  for (Index f = yarn.first_fiber; f < yarn.first_fiber + yarn.n_fibers; ++f)
+  for (Index f = yarn.first_fiber; f < yarn.first_fiber + yarn.n_fibers; ++f) {
+    if (fibers.arc_length[fibers.first_node[f]] != 0)
+      throw InputError(fmt::format("{}: yarn {}: the arc length of fiber {} does not begin with 0", states.name(),
+                                   yarn.name, f));
     for (Index n = fibers.first_node[f] + 1; n < fibers.first_node[f + 1]; ++n)
       if (!(std::isfinite(fibers.arc_length[n]) && fibers.arc_length[n] > fibers.arc_length[n - 1]))
         throw InputError(fmt::format("{}: yarn {}: the arc length of fiber {} does not grow from node to node",
                                      states.name(), yarn.name, f));
+  }
   if (yarn.n_fibers < 3) return;
   for (const Vec3& x : section_coordinates(fibers, yarn, reference).unrolled)
     if (!x.allFinite())

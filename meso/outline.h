@@ -2,6 +2,7 @@
 /// \file
 /// Convex outlines of sections: hull, extents, and whether a lens or an ellipse describes them better.
 
+#include <algorithm>
 #include <vector>
 
 #include "micro/core/types.h"
@@ -20,7 +21,10 @@ struct OutlineShape {
   double thickness = 0;          ///< largest h(x): less than the height where the outline leans, m
   double lens_residual = 0, ellipse_residual = 0;
 
-  [[nodiscard]] bool lenticular() const { return lens_residual < ellipse_residual; }
+  /// About as thick as wide: lens and ellipse are then all but the same circle, and which is nearer means nothing.
+  [[nodiscard]] bool is_round() const { return std::min(width, thickness) > 0.75 * std::max(width, thickness); }
+  [[nodiscard]] bool lenticular() const { return !is_round() && lens_residual < ellipse_residual; }
+  [[nodiscard]] const char* name() const { return is_round() ? "round" : lenticular() ? "lens" : "ellipse"; }
 };
 
 /// `outline`: corners (horizontal, vertical) of a convex polygon in order, m.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "meso/tetrahedron.h"
 #include "micro/core/error.h"
@@ -46,6 +47,15 @@ struct CutTet {
   Polygon polygon;
 };
 
+/// Wider pieces are not shown, fiber distances.
+constexpr double widest_piece = 20;
+
+bool is_wide(const Polygon& polygon, double fiber_distance) {
+  Eigen::AlignedBox2d box;
+  for (const Vec2& x : polygon) box.extend(x);
+  return !(box.sizes().maxCoeff() <= widest_piece * fiber_distance);
+}
+
 std::vector<CutTet> cut_tets(const YarnMesh& mesh, const std::vector<Vec3>& positions, const CutPlane& plane) {
   Mat3 frame;  // rows: horizontal, vertical, normal
   frame << plane.horizontal.transpose(), plane.vertical.transpose(), plane.horizontal.cross(plane.vertical).transpose();
@@ -62,8 +72,9 @@ std::vector<CutTet> cut_tets(const YarnMesh& mesh, const std::vector<Vec3>& posi
       distance[i] = corners[i].z();
     }
     const auto [lowest, highest] = std::minmax_element(distance.begin(), distance.end());
-    if (*lowest < 0 && *highest >= 0 && volume(corners) > 0)
-      result.push_back({static_cast<Index>(t), intersection(in_plane, distance)});
+    if (!(*lowest < 0 && *highest >= 0 && volume(corners) > 0)) continue;
+    Polygon polygon = intersection(in_plane, distance);
+    if (!is_wide(polygon, mesh.fiber_distance)) result.push_back({static_cast<Index>(t), std::move(polygon)});
   }
   return result;
 }

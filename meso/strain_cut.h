@@ -44,7 +44,9 @@ struct YarnCut {
 };
 
 /// Cuts the tetrahedra at `positions` (of all nodes of the fiber mesh, m). Those that are inside out there are left
-/// out. A plane that meets the yarn twice shows both places. Throws InputError for pixels_per_distance < 1.
+/// out, and so are pieces wider than 20 fiber distances, which belong to a node that has been torn away: they would
+/// make the picture as wide as they are. A plane that meets the yarn twice shows both places. Throws InputError for
+/// pixels_per_distance < 1.
 [[nodiscard]] YarnCut cut_yarn(const YarnMesh& mesh, const std::vector<Vec3>& positions, const CutPlane& plane,
                                double pixels_per_distance = 4);
 

@@ -8,6 +8,7 @@
 
 #include "meso/strain.h"
 #include "micro/core/error.h"
+#include "workflows/file_probe.h"
 
 namespace trame::workflows {
 namespace {
@@ -113,6 +114,20 @@ std::unique_ptr<meso::FiberStates> open_states(const std::vector<std::filesystem
         fmt::format("{}: several files must all be .vtp, one for each state", files.empty() ? "" : files[1].string()));
   if (may_hold_hdf5_nodes(files[0])) return open_hdf5_nodes(files[0]);
   return std::make_unique<meso::RunStates>(files[0]);
+}
+
+void probe_states(const std::vector<std::filesystem::path>& files,
+                  const std::function<std::vector<Index>(const meso::FiberStates&)>& which) {
+  constexpr unsigned seconds_a_state = 60;
+  const auto read_all = [&] {
+    const auto states = open_states(files);
+    (void)states->read(0);
+    for (const Index i : which(*states)) {
+      allow_seconds(seconds_a_state);
+      (void)states->read(i);
+    }
+  };
+  probe(files.empty() ? "" : files[0].string(), read_all, seconds_a_state);
 }
 
 }  // namespace trame::workflows

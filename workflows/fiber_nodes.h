@@ -4,6 +4,7 @@
 /// Layouts: micro/io/README.md, "Fiber nodes from elsewhere".
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +16,11 @@ namespace trame::workflows {
 /// Opens what a command line names: the state file of a run, one HDF5 file with fiber nodes, or one VTK PolyData file
 /// (.vtp) per state. Throws InputError that names the file, and the dataset or array in it.
 [[nodiscard]] std::unique_ptr<meso::FiberStates> open_states(const std::vector<std::filesystem::path>& files);
+
+/// Opens `files` in a child process and reads state 0 and those that `which` names, see `probe`; what is wrong with
+/// them is for the reading itself to tell. Throws InputError where that would bring down the program.
+void probe_states(const std::vector<std::filesystem::path>& files,
+                  const std::function<std::vector<Index>(const meso::FiberStates&)>& which);
 
 /// No file may claim more nodes or fibers in one state: a guard against damaged sizes.
 inline constexpr std::size_t max_file_nodes = 20'000'000;

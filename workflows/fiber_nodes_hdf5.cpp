@@ -52,6 +52,8 @@ class Datasets {
     const Handle set = open(path);
     const Dims size = hdf5::extent(set);
     require(size == wanted, path, fmt::format("has size {}, expected {}", hdf5::text(size), hdf5::text(wanted)));
+    require(hdf5::can_be_stored(set, double(n) * hdf5::Element<T>::n_scalars), path,
+            fmt::format("claims {} entries, more than are stored", n));
     std::vector<Scalar> flat(n * hdf5::Element<T>::n_scalars);
     read(set, path, flat.data());
     std::vector<T> values;
@@ -247,6 +249,8 @@ class Hdf5Nodes : public meso::FiberStates {
 }  // namespace
 
 bool may_hold_hdf5_nodes(const std::filesystem::path& file) {
+  // Closing what it could not read of a damaged file, the library would print a page about itself at the end.
+  H5dont_atexit();
   const hdf5::Quiet quiet;
   if (!std::filesystem::is_regular_file(file)) return false;
   const Handle opened = open_file(file);

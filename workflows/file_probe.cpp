@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 
@@ -15,9 +16,9 @@ namespace trame::workflows {
 namespace {
 
 [[noreturn]] void read_and_exit(const std::function<void()>& read, unsigned seconds) {
-  const rlimit no_core{0, 0}, time{seconds, seconds + 1};
+  const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
-  setrlimit(RLIMIT_CPU, &time);
+  allow_seconds(seconds);
   for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO}) dup2(open("/dev/null", O_WRONLY), descriptor);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGXCPU}) std::signal(signal, SIG_DFL);
   try {
@@ -28,6 +29,16 @@ namespace {
 }
 
 }  // namespace
+
+void allow_seconds(unsigned seconds) {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  const rlim_t spent = static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
+  rlimit time{};
+  getrlimit(RLIMIT_CPU, &time);
+  time.rlim_cur = std::min<rlim_t>(spent + seconds, time.rlim_max);
+  setrlimit(RLIMIT_CPU, &time);
+}
 
 void probe(const std::string& name, const std::function<void()>& read, unsigned seconds) {
   const pid_t child = fork();

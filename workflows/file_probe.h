@@ -13,4 +13,7 @@ namespace trame::workflows {
 /// called while the process has one thread.
 void probe(const std::string& name, const std::function<void()>& read, unsigned seconds = 60);
 
+/// To be called by `read`: it may compute for so many seconds from now on, whatever it took up to here.
+void allow_seconds(unsigned seconds);
+
 }  // namespace trame::workflows

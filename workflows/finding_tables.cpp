@@ -39,7 +39,7 @@ std::string section_fields(const Section& section) {
   return fmt::format(",{}", section.fibers.size()) +
          fields({shape.area, shape.height, shape.width, shape.thickness, section.fill, shape.lens_residual,
                  shape.ellipse_residual}) +
-         (there ? (shape.lenticular() ? ",lens" : ",ellipse") : ",");
+         "," + (there ? shape.name() : "");
 }
 
 std::string band_fields(const ShearBand& band) {

@@ -18,7 +18,6 @@
 #include "meso/findings.h"
 #include "micro/core/error.h"
 #include "workflows/fiber_nodes.h"
-#include "workflows/file_probe.h"
 #include "workflows/finding_tables.h"
 #include "workflows/report/html_report.h"
 #include "workflows/saved_state.h"
@@ -93,7 +92,8 @@ void check_out(const fs::path& out, bool overwrite) {
 
 void remove_earlier_results(const fs::path& out) {
   if (!fs::exists(out)) return;
-  const std::regex ours(R"(yarns(\.pvd|_[0-9]+\.vtu)|(strains|sections|bands|orientation|zones|continuum)\.csv|report\.html)");
+  const std::regex ours(
+      R"(yarns(\.pvd|_[0-9]+\.vtu)|(strains|sections|bands|orientation|zones|continuum)\.csv|report\.html)");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(out))
     if (std::regex_match(entry.path().filename().string(), ours)) files.push_back(entry.path());
@@ -106,6 +106,15 @@ std::vector<Index> states_to_compare(Index a, Index b, bool every) {
   if (a > b) throw InputError(fmt::format("--every: state A ({}) is after state B ({})", a, b));
   std::vector<Index> all(b - a + 1);
   std::iota(all.begin(), all.end(), a);
+  return all;
+}
+
+/// The states that will be read.
+std::vector<Index> states_to_read(const FiberStates& states, const Arguments& arguments) {
+  if (arguments.list) return states_to_compare(0, states.n_increments() - 1, true);
+  const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
+  std::vector<Index> all = states_to_compare(a, b, arguments.every);
+  all.push_back(a);
   return all;
 }
 
@@ -182,10 +191,11 @@ void compare(const FiberStates& states, const Arguments& arguments, Index a, Ind
 }
 
 void run(Arguments& arguments) {
-  probe(arguments.states[0].string(), [&] { (void)open_states(arguments.states)->read(0); });
+  probe_states(arguments.states, [&](const FiberStates& states) { return states_to_read(states, arguments); });
   const auto opened = open_states(arguments.states);
   const FiberStates& states = *opened;
   if (arguments.list) return print_states(states);
+  if (states.header().mesh.yarns.empty()) throw InputError(states.name() + ": holds no yarn");
   const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
   arguments.analyse.from = a;
   arguments.analyse.to = states_to_compare(a, b, arguments.every);

@@ -62,6 +62,15 @@ TEST(FiberStates, ArcLengthsThatDoNotGrowAreAnError) {
   EXPECT_NE(input_error([&] { (void)analyse(states, {.to = {1}}); }), "");
 }
 
+TEST(FiberStates, ArcLengthsBeginWithZero) {
+  MadeStates states({});
+  states.mesh().arc_length[11] = -1e300;  // the first node of fiber 1
+  EXPECT_NE(input_error([&] {
+              (void)analyse(states, {.to = {1}});
+            }).find("a.h5: yarn warp/1: the arc length of fiber 1 does not begin with 0"),
+            std::string::npos);
+}
+
 TEST(FiberStates, FibersInOneAnotherAreAnError) {
   MadeStates states({});
   const Index n = states.header().mesh.n_nodes(0);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 #include "meso/sections.h"
 #include "tests/support/lattice_yarns.h"
@@ -83,6 +84,15 @@ TEST(OutlineShape, CircleIsBoth) {
   const OutlineShape shape = outline_shape(ellipse(3, 3));
   EXPECT_LT(shape.lens_residual, 1e-5);
   EXPECT_LT(shape.ellipse_residual, 1e-5);
+}
+
+/// Of a circle, or a hexagon of seven fibers, it would be chance which of the two is nearer.
+TEST(OutlineShape, RoundOnesAreNeitherLensNorEllipse) {
+  for (const auto& [width, height, name] :
+       {std::tuple{3, 3, "round"}, {5, 4, "round"}, {4, 5, "round"}, {4, 2, "ellipse"}}) {
+    EXPECT_STREQ(outline_shape(ellipse(width, height)).name(), name) << width << " x " << height;
+    EXPECT_FALSE(outline_shape(ellipse(width, height)).lenticular());
+  }
 }
 
 TEST(OutlineShape, LeaningOutlineIsThinnerThanHigh) {

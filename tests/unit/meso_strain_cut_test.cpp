@@ -105,6 +105,19 @@ TEST_F(StrainCut, TetrahedraInsideOutAreLeftOut) {
   EXPECT_FALSE(cut(mirrored, 0.4).inside.any());
 }
 
+/// A fiber at the side is a metre away, 50,000 fiber distances: the picture is that of the others.
+TEST_F(StrainCut, TornTetrahedraAreLeftOut) {
+  auto torn = reference_;
+  const Index last = fibers_.n_fibers() - 1;  // in the top row, at the side
+  for (Index n = fibers_.first_node[last]; n < fibers_.first_node[last + 1]; ++n) torn.r[n].y() += 1;
+  const CutPlane plane{.origin = Vec3(0.4e-3, 0, 0)};
+  const YarnCut cut = cut_yarn(mesh_, torn.r, plane), whole = cut_yarn(mesh_, reference_.r, plane);
+  EXPECT_LE(cut.n_columns(), whole.n_columns());
+  EXPECT_EQ(cut.n_rows(), whole.n_rows());
+  EXPECT_GT(area(cut), 0.9 * area(whole));
+  EXPECT_LT(area(cut), area(whole));
+}
+
 TEST_F(StrainCut, PlaneBesideTheYarn) {
   const YarnCut cut = cut_yarn(mesh_, reference_.r, {.origin = Vec3(-1e-3, 0, 0)});
   EXPECT_EQ(cut.inside.size(), 0);

@@ -183,6 +183,63 @@ TEST_F(HtmlReport, TellsEachPairOfStatesByItself) {
     EXPECT_EQ(count(html, fmt::format("<section id=\"part-{}\">", i)), 1U) << "the list of contents leads there";
 }
 
+/// Two single fibers, one of them tied to a body that is pulled by 20 µm with 3 mN, and the other one longer.
+class ReportOfFibers : public ::testing::Test {
+ protected:
+  static micro::SnapshotHeader header() {
+    LatticeYarns yarns{.n_yarns = 2, .n_rows = 1, .n_columns = 1, .spacing = 2e-5, .length = 1e-3, .radius = 1e-5};
+    micro::SnapshotHeader header{"0.1.0", "fibers", "", yarns.mesh(), {"clamp", "pull_er\n'"}};
+    for (micro::Yarn& yarn : header.mesh.yarns) yarn.family = micro::YarnFamily::free;
+    return header;
+  }
+  static std::filesystem::path saved(const std::filesystem::path& file) {
+    const LatticeYarns yarns{
+        .n_yarns = 2, .n_rows = 1, .n_columns = 1, .spacing = 2e-5, .length = 1e-3, .radius = 1e-5};
+    micro::SnapshotWriter writer(file, header());
+    for (const double t : {0.0, 0.5, 1.0}) {
+      micro::Increment state;
+      state.stage = "pull";
+      state.stage_time = t;
+      state.fibers = mapped(yarns.configuration(), Vec3(1 + 0.02 * t, 1, 1).asDiagonal());
+      state.bodies.position = {Vec3::Zero(), Vec3(1e-3 + 2e-5 * t, 0, 0)};
+      state.bodies.rotation = {Mat3::Identity(), Eigen::AngleAxisd(t, Vec3::UnitX()).toRotationMatrix()};
+      state.bodies.force = {Vec3(-3e-3 * t, 0, 0), Vec3(3e-3 * t, 1e-12, 0)};
+      state.bodies.moment = {Vec3::Zero(), Vec3(5e-9 * t, 0, 0)};
+      writer.append(state);
+    }
+    return file;
+  }
+
+  ScratchFolder folder_{"report_of_fibers"};
+  meso::RunStates states_{saved(folder_ / "states.h5")};
+  std::filesystem::path file_ = folder_ / "report.html";
+};
+
+TEST_F(ReportOfFibers, TellsOfBodiesAndElongationsInsteadOfYarns) {
+  (void)write_report({.states = states_, .pairs = {{0, 2}}, .file = file_, .draw_patch = false});
+  const std::string html = read_text(file_);
+  EXPECT_TRUE(holds(html, "There are no pictures of the fibers"));
+  EXPECT_TRUE(holds(html, "<td>(20, 0, 0)</td><td>57.3</td><td>(3, 0, 0)</td><td>(5, 0, 0)</td>"))
+      << "1 rad; no round-off";
+  EXPECT_EQ(count(html, "<td>2.000</td><td>2.000</td><td>2.000</td>"), 2U) << "both fibers are 2 % longer";
+  EXPECT_EQ(holds(html, "alt=\"force over motion of bodies\""), is_installed("gnuplot")) << "whatever their names";
+  for (const char* absent : {"Crossing order", "Sections of yarns", "Shear bands", "weaving", "loom"})
+    EXPECT_FALSE(holds(html, absent)) << absent;
+}
+
+TEST_F(ReportOfFibers, OfStatesWithoutYarnsIsRefused) {
+  micro::SnapshotHeader none{"0.1.0", "none", "", {}, {}};
+  {
+    micro::SnapshotWriter writer(folder_ / "none.h5", none);
+    writer.append({});
+  }
+  const meso::RunStates states(folder_ / "none.h5");
+  EXPECT_TRUE(holds(input_error([&] {
+                      (void)write_report({.states = states, .pairs = {{0, 0}}, .file = file_});
+                    }),
+                    "none.h5: holds no yarn"));
+}
+
 /// States that have nothing but the names of their stages.
 class NamedStages : public meso::FiberStates {
  public:
@@ -352,6 +409,19 @@ TEST(ColourScale, HasZeroInTheMiddleWhereThereAreSigns) {
   EXPECT_EQ(both.low, -both.high);
   EXPECT_EQ(colour(ColourMap::diverging, 0.5), "#dddddd") << "no strain is grey";
   EXPECT_EQ(scale_for({0.1, 0.2}, ColourMap::sequential).low, 0);
+}
+
+TEST(DirectionCurves, ReachOutAlongTheirLargestValues) {
+  DirectionCurve curve{"#123456", {}};
+  EXPECT_EQ(count(direction_curves_svg({curve}, 0.5, 0.05), "<path"), 1U);
+  curve.values[8] = 0.5;  // −75° + 8 · 15° = 45°: up and to the right, y down, and opposite
+  const std::string svg = direction_curves_svg({curve}, 0.5, 0.05);
+  EXPECT_TRUE(holds(svg, "L63.6 -63.6")) << svg;
+  EXPECT_TRUE(holds(svg, "L-63.6 63.6")) << svg;
+  curve.values[0] = std::nan("");
+  EXPECT_EQ(direction_curves_svg({curve}, 0.5, 0.05), svg) << "a thin yarn has no pairs of places one above the other";
+  curve.values.fill(std::nan(""));
+  EXPECT_EQ(direction_curves_svg({curve}, 0.5, 0.05), "");
 }
 
 TEST(Rose, PointsWhereTheBandsDo) {

@@ -1,6 +1,7 @@
 /// strain_post from its command line to its files.
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkNew.h>
@@ -14,6 +15,7 @@
 
 #include "support/fiber_files.h"
 #include "support/lattice_yarns.h"
+#include "support/measured.h"
 #include "support/process.h"
 #include "support/temporary_folder.h"
 #include "support/text_file.h"
@@ -241,6 +243,33 @@ TEST_F(StrainPost, EveryStateAsATimeSeries) {
     EXPECT_NE(series.find(file), std::string::npos);
   }
   EXPECT_FALSE(fs::exists(folder_ / "out/yarns_0000.vtu"));
+}
+
+class StrainPostStudy : public StrainPost {
+ protected:
+  /// Peak memory of a series of so many increments, or of a longer one before it; MB.
+  [[nodiscard]] double peak_of_series(Index n) const {
+    const std::string file = path(std::to_string(n) + ".h5"), out = path("out" + std::to_string(n));
+    {
+      micro::SnapshotWriter writer(file, {"1", "scene", "", LatticeYarns{}.mesh(), {}});
+      micro::Increment increment;
+      for (Index i = 0; i < n; ++i) {
+        increment.fibers = mapped(LatticeYarns{}.configuration(), Vec3(1 + 1e-5 * i, 1, 1).asDiagonal());
+        writer.append(increment);
+      }
+    }
+    EXPECT_EQ(post({file, "--every", "--out", out}).exit_code, 0);
+    EXPECT_EQ(read_csv(fs::path(out) / "strains.csv").size(), std::size_t(n));
+    rusage used{};
+    getrusage(RUSAGE_CHILDREN, &used);
+    return 1e-3 * double(used.ru_maxrss);
+  }
+};
+
+TEST_F(StrainPostStudy, MemoryDoesNotGrowWithTheNumberOfIncrements) {
+  const double few = peak_of_series(100), many = peak_of_series(2000);
+  micro::test::measured(fmt::format("peak memory {:.1f} MB for 100 increments, {:.1f} MB for 2000", few, many));
+  EXPECT_LT(many - few, 20) << "a state and its strains take 0.15 MB";
 }
 
 TEST_F(StrainPost, BothMeshesAreComparedInTheTable) {

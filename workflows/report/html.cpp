@@ -32,6 +32,7 @@ svg text { font-family: inherit; }
 .pictures-row svg { max-width: 100%; height: auto; }
 .pictures-grid { display: grid; grid-template-columns: 1fr 1fr; gap: 1rem; align-items: end; }
 .pictures-grid > figure { margin: 0; } .pictures-grid > .wide { grid-column: 1 / -1; }
+.wide img { max-height: 34rem; }
 table { border-collapse: collapse; margin: .8rem 0; font-size: .87rem; font-variant-numeric: tabular-nums; }
 th, td { padding: .22rem .6rem; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 thead th { color: var(--soft); font-weight: 600; vertical-align: bottom; border-bottom: 2px solid var(--line); }

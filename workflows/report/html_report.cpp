@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
+#include <iterator>
 
 #include "meso/analyse.h"
 #include "micro/core/error.h"
+#include "workflows/report/body_loads.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_pictures.h"
 #include "workflows/report/report_plots.h"
@@ -20,18 +23,25 @@ namespace {
 
 std::vector<Index> detailed_yarns(const ReportInput& input) {
   const std::vector<micro::Yarn>& yarns = input.states.header().mesh.yarns;
-  if (!input.yarns.empty()) return meso::choose_yarns(yarns, input.yarns);
+  // A fiber or two have no section that tells anything.
+  const auto is_bundle = [&](Index y) { return yarns[y].n_fibers >= 3; };
   std::vector<Index> chosen;
+  if (!input.yarns.empty()) {
+    const std::vector<Index> named = meso::choose_yarns(yarns, input.yarns);
+    std::copy_if(named.begin(), named.end(), std::back_inserter(chosen), is_bundle);
+    return chosen;
+  }
   for (const auto family : {micro::YarnFamily::warp, micro::YarnFamily::weft, micro::YarnFamily::free}) {
     std::vector<Index> own;
     for (Index y = 0; y < static_cast<Index>(yarns.size()); ++y)
-      if (yarns[y].family == family) own.push_back(y);
+      if (yarns[y].family == family && is_bundle(y)) own.push_back(y);
     if (!own.empty()) chosen.push_back(own[own.size() / 2]);
   }
   return chosen;
 }
 
 void check_states(const ReportInput& input) {
+  if (input.states.header().mesh.yarns.empty()) throw InputError(input.states.name() + ": holds no yarn");
   if (input.pairs.empty()) throw InputError("report: there is no pair of states to compare");
   const Index n = input.states.n_increments();
   for (const StatePair& pair : input.pairs)
@@ -49,21 +59,28 @@ std::string header_html(const micro::SnapshotHeader& header) {
   const std::string origin = header.version.empty() ? "fiber nodes from elsewhere"
                                                     : fmt::format("scene “{}”, computed with Trame {}",
                                                                   escaped(header.scene_name), escaped(header.version));
-  return fmt::format("<h1>{}</h1>\n<p class=\"subtitle\">{}: {} yarns, {} fibers, {} nodes</p>\n",
-                     escaped(scene_title(header)), origin, header.mesh.yarns.size(), header.mesh.n_fibers(),
-                     header.mesh.n_nodes());
+  return fmt::format("<h1>{}</h1>\n<p class=\"subtitle\">{}: {} yarn{}, {} fiber{}, {} nodes</p>\n",
+                     escaped(scene_title(header)), origin, header.mesh.yarns.size(),
+                     header.mesh.yarns.size() == 1 ? "" : "s", header.mesh.n_fibers(),
+                     header.mesh.n_fibers() == 1 ? "" : "s", header.mesh.n_nodes());
 }
 
-Chapter patch_chapter(const PatchPictures& patch) {
+std::string patch_words(const micro::FiberMesh& mesh) {
+  if (!has_weave(mesh)) return "Neighbouring yarns have different shades; what lies behind a cut is paler.";
+  return "Warp yarns are blue, weft yarns orange; what lies behind a cut is paler. In the reference state the yarns "
+         "lie "
+         "flat, in one plane, and pass through each other.";
+}
+
+Chapter patch_chapter(const PatchPictures& patch, const micro::FiberMesh& mesh) {
+  const std::string what = has_weave(mesh) ? "patch" : "fibers", title = "The " + what;
   std::string content;
   for (const ReportPicture& picture : patch.pictures)
-    content += figure(inline_image(picture.png, "image/png", "the patch"), picture.caption, picture.wide ? "wide" : "");
+    content +=
+        figure(inline_image(picture.png, "image/png", "the " + what), picture.caption, picture.wide ? "wide" : "");
   if (content.empty())
-    return {"The patch", note("There are no pictures of the patch: " + escaped(patch.missing) + ".")};
-  return {"The patch", "<div class=\"pictures-grid\">" + content + "</div>\n" +
-                           paragraph("Warp yarns are blue, weft yarns orange, others green; what lies behind a cut is "
-                                     "paler. In the reference state of a weave the yarns lie flat, in one plane, and "
-                                     "pass through each other.")};
+    return {title, note(fmt::format("There are no pictures of the {}: {}.", what, escaped(patch.missing)))};
+  return {title, "<div class=\"pictures-grid\">" + content + "</div>\n" + paragraph(patch_words(mesh))};
 }
 
 /// What a run wrote beside its states.
@@ -83,27 +100,37 @@ Chapter run_chapter(const RunSummary& summary, const ReportData& last) {
                          settings_html(last.header)};
 }
 
-Chapter strain_chapter(const ReportData& data) {
-  const std::string a = state_name(data.pair.from, data.a), b = state_name(data.pair.to, data.b);
-  return {
-      fmt::format("Strain from A, {}, to B, {}", a, b),
-      paragraph(fmt::format(
-          "State A is increment {}, state B increment {}. Strains are Green-Lagrange strains of the yarns as continua, "
-          "in the axes of the yarn in A: <i>axial</i> along it, <i>vertical</i> through the "
-          "thickness of the fabric, <i>horizontal</i> across. γ<sub>max</sub> is the difference "
-          "between the largest and the smallest principal strain.",
-          data.pair.from, data.pair.to)) +
-          "<h3>Yarn by yarn</h3>\n" + yarns_html(data) + strain_maps_html(data) + "<h3>Shear bands</h3>\n" +
-          bands_html(data) + "<h3>Distributions</h3>\n" + histogram_figure(data) +
-          "<h3>May the yarns be taken as continua?</h3>\n" + validity_html(data)};
+std::string strain_words(const ReportData& data) {
+  return paragraph(fmt::format(
+      "State A is increment {}, state B increment {}. Strains are Green-Lagrange strains of the yarns as continua, in "
+      "the axes of the yarn in A: <i>axial</i> along it, <i>vertical</i> along the global z made normal to it, through "
+      "the thickness of a flat fabric, <i>horizontal</i> across. γ<sub>max</sub> is the difference between the largest "
+      "and the smallest principal strain.",
+      data.pair.from, data.pair.to));
 }
 
-std::vector<Chapter> chapters(const RunFiles& files, const std::vector<ReportData>& data, const PatchPictures& patch) {
+Chapter strain_chapter(const ReportData& data) {
+  const std::string title =
+      fmt::format("Strain from A, {}, to B, {}", state_name(data.pair.from, data.a), state_name(data.pair.to, data.b));
+  const auto has_field = [](const YarnField& yarn) { return yarn.field.has_value(); };
+  if (std::none_of(data.fields.begin(), data.fields.end(), has_field))
+    return {title, note("No yarn here is a continuum: one or two fibers, or one layer of them, enclose no volume. What "
+                        "there is to say of strain is how much longer the fibers have become.") +
+                       fibers_html(data)};
+  const std::string maps =
+      data.details.empty() ? "" : strain_maps_html(data) + "<h3>Shear bands</h3>\n" + bands_html(data);
+  return {title, strain_words(data) + "<h3>Yarn by yarn</h3>\n" + yarns_html(data) + maps + "<h3>Distributions</h3>\n" +
+                     histogram_figure(data) + "<h3>May the yarns be taken as continua?</h3>\n" + validity_html(data)};
+}
+
+std::vector<Chapter> chapters(const RunFiles& files, const std::vector<ReportData>& data, const PatchPictures& patch,
+                              const std::string& bodies) {
   const ReportData& last = data.back();
-  std::vector<Chapter> result = {patch_chapter(patch)};
+  std::vector<Chapter> result = {patch_chapter(patch, last.header.mesh)};
   if (!last.header.version.empty()) result.push_back(run_chapter(files.summary, last));
   if (!files.curves.empty()) result.push_back({"Force and strain of the sides", curves_figure(files.curves)});
-  result.push_back({"Sections of yarns", sections_html(last)});
+  if (!bodies.empty()) result.push_back({"Forces on bodies and their motions", bodies});
+  if (!last.details.empty()) result.push_back({"Sections of yarns", sections_html(last)});
   for (const ReportData& pair : data) result.push_back(strain_chapter(pair));
   return result;
 }
@@ -132,7 +159,9 @@ std::string write_report(const ReportInput& input) {
   const ReportData& last = data.back();
   PatchPictures patch{{}, "they were not asked for"};
   if (input.draw_patch) patch = patch_pictures(input.states, last.pair.to, state_name(last.pair.to, last.b));
-  write_file(input.file, page_html(input.states.header(), chapters(files, data, patch)));
+  // A weave has sides, whose forces are the curves.
+  const std::string bodies = has_weave(last.header.mesh) ? "" : bodies_html(input.states, last.pair.to);
+  write_file(input.file, page_html(input.states.header(), chapters(files, data, patch, bodies)));
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }
 

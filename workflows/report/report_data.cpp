@@ -162,7 +162,7 @@ YarnDetail yarn_detail(const ReportData& data, Index yarn) {
     return meso::YarnSections(mesh, mesh.yarns[yarn], fibers);
   };
   const meso::YarnSections reference = in(data.reference), a = in(data.a.fibers), b = in(data.b.fibers);
-  YarnDetail detail{.yarn = yarn, .cuts = {}, .strip = b.series(n_strip)};
+  YarnDetail detail{.yarn = yarn, .cuts = {}, .strip = b.series(n_strip), .correlation = {}};
   for (const Station& station : stations(mesh, data.b.fibers, yarn, most_stations)) {
     StationCut cut{.station = station,
                    .reference = reference.at_fraction(station.fraction),
@@ -173,6 +173,12 @@ YarnDetail yarn_detail(const ReportData& data, Index yarn) {
                    .bands = {}};
     add_strain(cut, data, data.fields[yarn]);
     detail.cuts.push_back(std::move(cut));
+  }
+  for (std::size_t q = 0; q < detail.correlation.size(); ++q) {
+    meso::DirectionalCorrelation correlation;
+    for (const StationCut& cut : detail.cuts)
+      if (cut.strain[q].size() > 0) correlation.add(cut.strain[q].abs(), pixels_per_distance);
+    detail.correlation[q] = correlation.values();
   }
   return detail;
 }
@@ -195,6 +201,13 @@ ReportData pair_data(const meso::FiberStates& states, const StatePair& pair, con
 }
 
 }  // namespace
+
+bool has_weave(const micro::FiberMesh& mesh) {
+  const auto has = [&](micro::YarnFamily family) {
+    return std::any_of(mesh.yarns.begin(), mesh.yarns.end(), [&](const auto& yarn) { return yarn.family == family; });
+  };
+  return has(micro::YarnFamily::warp) && has(micro::YarnFamily::weft);
+}
 
 std::string state_name(Index index, const micro::Increment& state) {
   if (index == 0) return "reference";

@@ -10,6 +10,7 @@
 
 #include "meso/continuum.h"
 #include "meso/fiber_states.h"
+#include "meso/orientation.h"
 #include "meso/sections.h"
 #include "meso/shear_bands.h"
 #include "meso/strain.h"
@@ -21,6 +22,9 @@ namespace trame::workflows {
 struct StatePair {
   Index from = 0, to = 0;
 };
+
+/// Whether there are warp and weft yarns.
+[[nodiscard]] bool has_weave(const micro::FiberMesh& mesh);
 
 /// "reference", "end of “load”", or "40 % of “load”", as HTML.
 [[nodiscard]] std::string state_name(Index index, const micro::Increment& state);
@@ -57,6 +61,9 @@ struct YarnField {
   std::optional<meso::StrainField> field;
 };
 
+/// By direction, see meso::DirectionalCorrelation.
+using Correlations = std::array<double, meso::DirectionalCorrelation::n_directions>;
+
 /// One station of a yarn.
 struct StationCut {
   Station station;
@@ -71,6 +78,8 @@ struct YarnDetail {
   Index yarn = 0;
   std::vector<StationCut> cuts;
   std::vector<meso::Section> strip;  ///< in B, at equal distances along the yarn
+  /// Of the size of each strain on all these cuts, see meso::DirectionalCorrelation.
+  std::array<Correlations, strain_quantities.size()> correlation = {};
 };
 
 /// Means over sections along a yarn; strains weighted by reference volume.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <fstream>
@@ -10,6 +12,7 @@
 #include <utility>
 
 #include "workflows/child_process.h"
+#include "workflows/report/html.h"
 #include "workflows/temporary_folder.h"
 
 namespace trame::workflows {
@@ -23,7 +26,7 @@ constexpr int half_page = 640, whole_page = 1280;  // pixels; the page is 1080 w
 
 /// Views of render_patch, and what captions call them.
 constexpr std::array<std::pair<const char*, const char*>, 3> views = {
-    {{"perspective", "in perspective"}, {"top", "from above"}, {"cut", "cut open along the middle of a yarn"}}};
+    {{"perspective", "in perspective"}, {"top", "from above"}, {"cut", "cut open along the middle of "}}};
 
 /// Starts a command with an X server of its own; one that hangs is ended.
 const Command own_server = {"timeout", "300", "xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"};
@@ -47,24 +50,34 @@ void write_states(const meso::FiberStates& states, Index state, const fs::path& 
   }
 }
 
-/// --at of a plane that follows the middle yarn of the weave, or for other fibers the first yarn.
-std::string middle_plane(const meso::FiberStates& states, Index state) {
-  const micro::FiberMesh& mesh = states.header().mesh;
-  std::vector<Index> warp;
-  for (Index y = 0; y < static_cast<Index>(mesh.yarns.size()); ++y)
-    if (mesh.yarns[y].family == micro::YarnFamily::warp) warp.push_back(y);
-  const micro::Yarn& yarn = mesh.yarns[warp.empty() ? 0 : warp[warp.size() / 2]];
-  const std::vector<Vec3> r = states.read(state).fibers.r;
-  const auto first = r.begin() + mesh.first_node[yarn.first_fiber];
-  const auto last = r.begin() + mesh.first_node[yarn.first_fiber + yarn.n_fibers];
-  Vec3 low = *first, high = *first, sum = Vec3::Zero();
-  for (auto x = first; x != last; ++x) {
-    low = low.cwiseMin(*x);
-    high = high.cwiseMax(*x);
-    sum += *x;
-  }
-  const int across = high.x() - low.x() >= high.y() - low.y() ? 1 : 0;
-  return fmt::format("{}={:.9g}um", across == 0 ? 'x' : 'y', 1e6 * sum[across] / double(last - first));
+Eigen::AlignedBox3d box_of(const micro::FiberMesh& mesh, const micro::Yarn& yarn, const std::vector<Vec3>& r) {
+  Eigen::AlignedBox3d box;
+  for (Index n = mesh.first_node[yarn.first_fiber]; n < mesh.first_node[yarn.first_fiber + yarn.n_fibers]; ++n)
+    box.extend(r[n]);
+  return box;
+}
+
+/// The yarn to cut along: the middle warp yarn of a weave, else the one that reaches farthest.
+const micro::Yarn& yarn_to_cut(const micro::FiberMesh& mesh, const std::vector<Vec3>& r) {
+  std::vector<const micro::Yarn*> warp;
+  for (const micro::Yarn& yarn : mesh.yarns)
+    if (yarn.family == micro::YarnFamily::warp && yarn.n_fibers > 0) warp.push_back(&yarn);
+  if (!warp.empty()) return *warp[warp.size() / 2];
+  const auto reach = [&](const micro::Yarn& yarn) {
+    return yarn.n_fibers > 0 ? box_of(mesh, yarn, r).diagonal().norm() : 0;
+  };
+  return *std::max_element(mesh.yarns.begin(), mesh.yarns.end(),
+                           [&](const auto& p, const auto& q) { return reach(p) < reach(q); });
+}
+
+/// --at of the upright plane along a yarn.
+std::string plane_along(const micro::FiberMesh& mesh, const micro::Yarn& yarn, const std::vector<Vec3>& r) {
+  const Vec3 size = box_of(mesh, yarn, r).sizes();
+  const int across = size.x() >= size.y() ? 1 : 0;
+  const Index first = mesh.first_node[yarn.first_fiber], end = mesh.first_node[yarn.first_fiber + yarn.n_fibers];
+  double sum = 0;
+  for (Index n = first; n < end; ++n) sum += r[n][across];
+  return fmt::format("{}={:.9g}um", across == 0 ? 'x' : 'y', 1e6 * sum / double(end - first));
 }
 
 std::string bytes_of(const fs::path& file) {
@@ -85,12 +98,15 @@ std::string why_not() {
 PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const std::string& name) {
   const TemporaryFolder folder;
   write_states(states, state, folder.path() / "states.h5");
+  const micro::FiberMesh& mesh = states.header().mesh;
+  const std::vector<Vec3> r = states.read(state).fibers.r;
+  const micro::Yarn& along = yarn_to_cut(mesh, r);
   const Command render = {(program_folder() / "render_patch").string(),
                           "states.h5",
                           "--out",
                           "picture.png",
                           "--at",
-                          middle_plane(states, state)};
+                          plane_along(mesh, along, r)};
   const char* display = std::getenv("DISPLAY");
   Command server = display != nullptr && *display != '\0' ? Command{} : own_server;
   PatchPictures result;
@@ -106,7 +122,8 @@ PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const
         drawn = run_quietly(folder.path(), joined(server, picture));
       }
       if (!drawn) return {{}, why_not()};
-      result.pictures.push_back({bytes_of(folder.path() / "picture.png"), fmt::format("{}, {}", which, what), wide});
+      result.pictures.push_back({bytes_of(folder.path() / "picture.png"),
+                                 fmt::format("{}, {}{}", which, what, wide ? escaped(along.name) : ""), wide});
     }
   return result;
 }

@@ -21,7 +21,8 @@ struct PatchPictures {
   std::string missing;  ///< why there are none; empty where there are
 };
 
-/// The reference state and another one, each in perspective, from above and cut open along the middle of a yarn.
+/// The reference state and another one, each in perspective, from above and cut open along a yarn: the middle warp yarn
+/// of a weave, else the one that reaches farthest. There must be a yarn.
 /// `name`: of that state in captions, HTML. On the X server of DISPLAY where one answers, else on one that xvfb-run
 /// starts.
 [[nodiscard]] PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const std::string& name);

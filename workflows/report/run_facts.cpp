@@ -13,6 +13,7 @@
 
 #include "micro/core/error.h"
 #include "workflows/report/html.h"
+#include "workflows/report/report_data.h"
 #include "workflows/report/report_plots.h"
 #include "workflows/report/scene_settings.h"
 
@@ -96,7 +97,8 @@ std::vector<std::string> limited_row(const char* name, double share, double limi
           meaning};
 }
 
-std::vector<std::vector<std::string>> solver_rows(const micro::SolverRecord& solver, const CertificateLimits& limits) {
+std::vector<std::vector<std::string>> solver_rows(const micro::SolverRecord& solver, const CertificateLimits& limits,
+                                                  bool is_weave) {
   const micro::EnergyRecord& energy = solver.energy;
   const double balance = energy.external_work != 0 ? energy.imbalance / std::abs(energy.external_work) : 0;
   return {limited_row("Penetration", solver.max_penetration_over_radius, limits.penetration, " of R",
@@ -111,10 +113,10 @@ std::vector<std::vector<std::string>> solver_rows(const micro::SolverRecord& sol
            "Artificial resistance that helps the solver; 0 means that this state is an equilibrium."},
           limited_row("Energy balance", balance, limits.energy, "",
                       fmt::format("Work that is not accounted for, against the external work, {:.3g} µJ, since the "
-                                  "start, weaving included. {:.3g} µJ are stored, {:.3g} µJ rubbed off, {:.3g} µJ "
+                                  "start{}. {:.3g} µJ are stored, {:.3g} µJ rubbed off, {:.3g} µJ "
                                   "damped.",
-                                  1e6 * energy.external_work, 1e6 * energy.stored, 1e6 * energy.friction,
-                                  1e6 * energy.damping))};
+                                  1e6 * energy.external_work, is_weave ? ", weaving included" : "", 1e6 * energy.stored,
+                                  1e6 * energy.friction, 1e6 * energy.damping))};
 }
 
 }  // namespace
@@ -131,8 +133,10 @@ RunSummary read_run_summary(const std::filesystem::path& file) {
 
 std::string certificates_html(const micro::SnapshotHeader& header, const micro::Increment& b,
                               const RunSummary& summary) {
-  std::vector<std::vector<std::string>> rows = {crossing_row(summary)};
-  for (auto& row : solver_rows(b.solver, certificate_limits(header))) rows.push_back(std::move(row));
+  std::vector<std::vector<std::string>> rows;
+  const bool is_weave = has_weave(header.mesh);
+  if (is_weave) rows.push_back(crossing_row(summary));
+  for (auto& row : solver_rows(b.solver, certificate_limits(header), is_weave)) rows.push_back(std::move(row));
   return table({.header = {"", "found", "wanted", "", "what it means"}, .rows = std::move(rows), .kind = "text"});
 }
 

@@ -132,6 +132,18 @@ std::string band_edges(const meso::YarnCut& cut, const meso::ShearBands& bands) 
       paths);
 }
 
+constexpr double dial_radius = 90;
+
+/// What directions are drawn on: a circle with their names.
+std::string direction_dial_svg(const std::string& content) {
+  return fmt::format(
+      "<svg width=\"260\" height=\"220\" viewBox=\"-130 -115 260 220\"><circle r=\"{}\" fill=\"none\" "
+      "stroke=\"#d5dbe2\"/>{}<g font-size=\"12\" text-anchor=\"middle\" fill=\"#5b6775\"><text x=\"112\" y=\"4\">0°"
+      "</text><text y=\"-97\">90°</text><text x=\"80\" y=\"-72\">45°</text><text x=\"-82\" y=\"-72\">−45°</text></g>"
+      "</svg>",
+      dial_radius, content);
+}
+
 }  // namespace
 
 Window window_around(const std::vector<const meso::Section*>& sections, double pixels) {
@@ -195,17 +207,17 @@ std::string strain_map_svg(const meso::YarnCut& cut, const meso::Picture& values
 }
 
 std::string rose_svg(const std::vector<meso::ShearBand>& bands) {
-  constexpr int n = 12, radius = 90;
+  constexpr int n = 12;
   constexpr double sector = std::numbers::pi / n;
   std::array<double, n> area{};
   for (const meso::ShearBand& band : bands)
     area[static_cast<int>(std::lround((band.angle + 90) * n / 180)) % n] += band.area;
   const double largest = *std::max_element(area.begin(), area.end());
   if (largest <= 0) return {};
-  std::string content = fmt::format("<circle r=\"{}\" fill=\"none\" stroke=\"#d5dbe2\"/>", radius);
+  std::string content;
   for (int i = 0; i < 2 * n; ++i) {
     // The area of a sector, not its radius, is in proportion.
-    const double r = radius * std::sqrt(area[i % n] / largest), middle = -std::numbers::pi / 2 + i * sector;
+    const double r = dial_radius * std::sqrt(area[i % n] / largest), middle = -std::numbers::pi / 2 + i * sector;
     const auto at = [&](double angle) {
       return fmt::format("{:.4g} {:.4g}", r * std::cos(angle), -r * std::sin(angle));
     };
@@ -213,10 +225,27 @@ std::string rose_svg(const std::vector<meso::ShearBand>& bands) {
       content += fmt::format("<path fill=\"#6a51a3\" stroke=\"#fff\" d=\"M0 0L{}A{:.4g} {:.4g} 0 0 0 {}Z\"/>",
                              at(middle - sector / 2), r, r, at(middle + sector / 2));
   }
-  content +=
-      "<g font-size=\"12\" text-anchor=\"middle\" fill=\"#5b6775\"><text x=\"112\" y=\"4\">0°</text>"
-      "<text y=\"-97\">90°</text><text x=\"80\" y=\"-72\">45°</text><text x=\"-82\" y=\"-72\">−45°</text></g>";
-  return fmt::format("<svg width=\"260\" height=\"220\" viewBox=\"-130 -115 260 220\">{}</svg>", content);
+  return direction_dial_svg(content);
+}
+
+std::string direction_curves_svg(const std::vector<DirectionCurve>& curves, double full, double noise) {
+  std::string content;
+  for (const auto& [line_colour, values] : curves) {
+    if (std::none_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); })) continue;
+    std::string path;
+    for (std::size_t i = 0; i < 2 * values.size(); ++i) {
+      const double angle = std::numbers::pi / 180 * meso::DirectionalCorrelation::angle(i);
+      const double value = values[i % values.size()];  // NaN where the yarn is too thin to tell
+      const double r = std::isfinite(value) ? dial_radius * std::clamp(value / full, 0.0, 1.0) : 0;
+      path += fmt::format("{}{:.1f} {:.1f}", i == 0 ? 'M' : 'L', r * std::cos(angle), -r * std::sin(angle));
+    }
+    content += fmt::format("<path d=\"{0}Z\" fill=\"{1}\" fill-opacity=\"0.2\" stroke=\"{1}\" stroke-width=\"2\"/>",
+                           path, line_colour);
+  }
+  if (content.empty()) return {};
+  return direction_dial_svg(content + fmt::format("<circle r=\"{:.1f}\" fill=\"none\" stroke=\"#5b6775\" "
+                                                  "stroke-dasharray=\"2 3\"/>",
+                                                  dial_radius * noise / full));
 }
 
 }  // namespace trame::workflows

@@ -2,9 +2,11 @@
 /// \file
 /// Sections of yarns as SVG: outlines of fibers, strain maps, colour bars. Drawings that share a window have one scale.
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "meso/orientation.h"
 #include "meso/sections.h"
 #include "meso/shear_bands.h"
 #include "meso/strain_cut.h"
@@ -53,5 +55,15 @@ struct ColourScale {
 /// Areas of bands by the direction of their length: a rose with sectors of 15°, its two halves alike. Empty without
 /// bands.
 [[nodiscard]] std::string rose_svg(const std::vector<meso::ShearBand>& bands);
+
+/// A colour and a value for each direction, as of meso::DirectionalCorrelation.
+struct DirectionCurve {
+  std::string colour;
+  std::array<double, meso::DirectionalCorrelation::n_directions> values = {};
+};
+
+/// Values by direction as distances from the middle, a closed curve for each; negative ones and NaN are in the middle.
+/// The circle is at `full`, a dotted one at `noise`. Empty where no curve has a value.
+[[nodiscard]] std::string direction_curves_svg(const std::vector<DirectionCurve>& curves, double full, double noise);
 
 }  // namespace trame::workflows

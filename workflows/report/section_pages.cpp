@@ -49,7 +49,7 @@ std::string stations_figure(const ReportData& data, const YarnDetail& detail) {
 
 std::string shape_text(const meso::Section& section) {
   return fmt::format("{:.0f} × {:.0f} µm<br>fill {:.0f} %<br>{}", 1e6 * section.shape.width, 1e6 * section.shape.height,
-                     100 * section.fill, section.shape.lenticular() ? "lens" : "ellipse");
+                     100 * section.fill, section.shape.name());
 }
 
 std::string strip_figure(const ReportData& data, const YarnDetail& detail) {
@@ -93,6 +93,9 @@ std::string yarn_maps(const ReportData& data, const YarnDetail& detail,
   return "<h3>" + escaped(yarn_of(data, detail).name) + " on sections</h3>\n" + table(grid);
 }
 
+/// Bands that are not as long as this, over their thickness, have no direction.
+constexpr double least_aspect = 1.5;
+
 /// A significant band and where it is.
 struct FoundBand {
   Index yarn = 0;
@@ -129,22 +132,56 @@ std::string band_table(const ReportData& data, std::vector<FoundBand> bands) {
                          fmt::format("{:.1f}", band.thickness), fmt::format("{:.1f}", band.length),
                          fmt::format("{:.1f}", band.aspect), fmt::format("{:.0f}", 100 * band.share_of_total),
                          fmt::format("{:.1f}", 100 * band.p_value)});
-  return table(rows) + paragraph(
-                           "The strongest bands; d is the distance between fibers. Thicknesses below 1.5 d are "
-                           "those of a mesh cell, and a band about as long as thick has no direction. The share "
-                           "is that of the size of the strain, summed over the section.");
+  return table(rows) +
+         paragraph(fmt::format("The strongest bands; d is the distance between fibers. Thicknesses below 1.5 d are "
+                               "those of a mesh cell; a band that is less than {:g} times as long as thick has no "
+                               "direction. The share is that of the size of the strain, summed over the section.",
+                               least_aspect));
+}
+
+/// In which directions strains hang together, where single bands cross and cannot be told apart.
+std::string correlations_html(const ReportData& data) {
+  constexpr double noise = 0.05;  // the most that disorder gives
+  double full = 4 * noise;
+  for (const YarnDetail& detail : data.details)
+    for (const Correlations& values : detail.correlation)
+      for (const double value : values) full = std::max(full, value);  // also where it is NaN
+  std::string dials;
+  for (std::size_t q = 0; q < strain_quantities.size(); ++q) {
+    std::vector<DirectionCurve> curves;
+    for (const YarnDetail& detail : data.details)
+      curves.push_back({family_colour(yarn_of(data, detail).family), detail.correlation[q]});
+    const std::string dial = direction_curves_svg(curves, full, noise);
+    if (!dial.empty()) dials += figure(dial, strain_quantities[q].name);
+  }
+  if (dials.empty()) return {};
+  return "<h3>Directions in which the strain hangs together</h3>\n<div class=\"pictures-row\">" + dials + "</div>\n" +
+         paragraph(fmt::format(
+             "Where bands cross, as in yarns of few layers, they are one region without a direction; their pattern "
+             "still "
+             "shows in how much the size of the strain is like that two fiber distances away, direction by direction: "
+             "its correlation over the sections above, as a distance from the middle, for each of the yarns shown. The "
+             "circle is a correlation of {:.2f}, the dotted one {:g}, the most that disorder gives. Bands point along "
+             "the "
+             "lobes: lobes near ±45° are crossing diagonal bands.",
+             full, noise));
 }
 
 }  // namespace
 
 std::string sections_html(const ReportData& data) {
+  const bool is_weave = has_weave(data.header.mesh);
   std::string content = paragraph(
-      "Yarns cut at right angles to their own axis, vertical up; the grey outline is the convex hull of the fibers. "
-      "The "
-      "first figure of each yarn shows the same material in each state: look for how the bundle that went into the "
-      "loom is pressed into shape where others cross it. The second one walks along the yarn, with width × height, the "
-      "share of the outline that fibers fill, and whether a lens (two arcs) or an ellipse describes the outline "
-      "better: in a plain weave the shape repeats from crossing to crossing, in a twill it changes along the yarn.");
+      std::string(
+          "Yarns cut at right angles to their own axis, vertical up; the grey outline is the convex hull of the "
+          "fibers. The first figure of each yarn shows the same material in each state") +
+      (is_weave ? ": look for how the bundle that went into the loom is pressed into shape where others cross it"
+                : ", at equal steps of its length") +
+      ". The second one walks along the yarn, with width × height, the share of the outline that fibers fill, and "
+      "whether a lens (two arcs) or an ellipse describes the outline better, or neither because it is round" +
+      (is_weave
+           ? ": in a plain weave the shape repeats from crossing to crossing, in a twill it changes along the yarn."
+           : "."));
   for (const YarnDetail& detail : data.details)
     content += "<h3>" + escaped(yarn_of(data, detail).name) + "</h3>\n" + stations_figure(data, detail) +
                strip_figure(data, detail);
@@ -169,21 +206,27 @@ std::string strain_maps_html(const ReportData& data) {
 
 std::string bands_html(const ReportData& data) {
   std::vector<FoundBand> all;
-  std::string roses;
+  std::string roses, counts;
   for (std::size_t q = 0; q < strain_quantities.size(); ++q) {
     const auto [bands, n_regions] = bands_of(data, q);
-    std::vector<meso::ShearBand> shapes;
-    for (const FoundBand& found : bands) shapes.push_back(found.band);
-    roses += figure(rose_svg(shapes), fmt::format("{}: bands {}, other regions {}", strain_quantities[q].name,
-                                                  bands.size(), n_regions - bands.size()));
+    std::vector<meso::ShearBand> directed;
+    for (const FoundBand& found : bands)
+      if (found.band.aspect >= least_aspect) directed.push_back(found.band);
+    if (!directed.empty()) roses += figure(rose_svg(directed), strain_quantities[q].name);
+    counts += fmt::format("<li>{}: {} bands, of these {} with a direction, and {} other regions</li>\n",
+                          strain_quantities[q].name, bands.size(), directed.size(), n_regions - bands.size());
     all.insert(all.end(), bands.begin(), bands.end());
   }
-  if (all.empty()) return note("On these sections no region stands out more than chance explains: no shear bands.");
-  return "<div class=\"pictures-row\">" + roses + "</div>\n" +
-         paragraph(
-             "Directions of bands on the sections above: area of the bands whose length lies in each direction, 0° "
-             "horizontal, 90° vertical. Lobes near ±45° are diagonal bands.") +
-         band_table(data, std::move(all));
+  const std::string directions =
+      roses.empty() ? ""
+                    : "<div class=\"pictures-row\">" + roses + "</div>\n" +
+                          paragraph(
+                              "Directions of bands on the sections above: area of the bands whose length lies in each "
+                              "direction, 0° horizontal, 90° vertical. Lobes near ±45° are diagonal bands.");
+  const std::string found =
+      all.empty() ? note("On these sections no region stands out more than chance explains: no single shear band.")
+                  : "<ul>\n" + counts + "</ul>\n" + directions + band_table(data, std::move(all));
+  return found + correlations_html(data);
 }
 
 }  // namespace trame::workflows

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -54,6 +55,28 @@ std::string yarns_html(const ReportData& data) {
                            "better than an ellipse. Strains are means over the yarn’s volume. The last three "
                            "columns compare the fibers’ own axial strain in the outer quarters of the width, the "
                            "sides, with that in the middle half, the centre.");
+}
+
+std::string fibers_html(const ReportData& data) {
+  const micro::FiberMesh& mesh = data.header.mesh;
+  const auto length = [&](const std::vector<Vec3>& r, Index fiber) {
+    double sum = 0;
+    for (Index n = mesh.first_node[fiber] + 1; n < mesh.first_node[fiber + 1]; ++n) sum += (r[n] - r[n - 1]).norm();
+    return sum;
+  };
+  HtmlTable rows{.header = {"yarn", "fibers", "mean elongation, %", "smallest, %", "largest, %"}, .rows = {}};
+  for (const micro::Yarn& yarn : mesh.yarns) {
+    double sum = 0, low = INFINITY, high = -INFINITY;
+    for (Index f = yarn.first_fiber; f < yarn.first_fiber + yarn.n_fibers; ++f) {
+      const double percent = 100 * (length(data.b.fibers.r, f) / length(data.a.fibers.r, f) - 1);
+      sum += percent;
+      low = std::min(low, percent);
+      high = std::max(high, percent);
+    }
+    rows.rows.push_back({escaped(yarn.name), fmt::format("{}", yarn.n_fibers), number(sum / yarn.n_fibers, "{:.3f}"),
+                         number(low, "{:.3f}"), number(high, "{:.3f}")});
+  }
+  return table(rows) + paragraph("Elongation: length of a fiber from node to node in B over that in A, less 1.");
 }
 
 std::string validity_html(const ReportData& data) {

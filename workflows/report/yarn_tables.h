@@ -14,4 +14,7 @@ namespace trame::workflows {
 /// What speaks for and against a continuum, with a verdict.
 [[nodiscard]] std::string validity_html(const ReportData& data);
 
+/// How much longer the fibers of each yarn have become.
+[[nodiscard]] std::string fibers_html(const ReportData& data);
+
 }  // namespace trame::workflows
