@@ -133,10 +133,10 @@ Profile small_profile() {
   p.reference_uncertainty = 0.002;
   p.measure = "largest error of forces";
   p.reference = "the finest settings";
-  p.runs = {{{}, true, 0.004, 10, 10, 1e8, {{"f", 0.004}}},
-            {{{"elements", "0.5"}}, true, 0.02, 3, 3, 1e8, {}},
-            {{{"elements", "0.75"}}, true, 0.009, 6, 6, 1e8, {}},
-            {{{"friction", "off"}}, false, 0.001, 1, 1, 1e8, {}}};
+  p.runs = {{{}, true, 0.004, 0.004, 10, 10, 1e8, {{"f", 0.004}}},
+            {{{"elements", "0.5"}}, true, 0.02, 0.001, 3, 3, 1e8, {}},
+            {{{"elements", "0.75"}}, true, 0.009, 0.009, 6, 6, 1e8, {}},
+            {{{"friction", "off"}}, false, 0.001, 0.001, 1, 1, 1e8, {}}};
   return p;
 }
 
@@ -256,6 +256,19 @@ TEST(AccuracyOfRuns, ParetoFrontHoldsWhatNothingBeats) {
   EXPECT_EQ(front, (std::vector<std::string>{"elements=0.5", "as the scene", "elements=2", "elements=100"}));
 }
 
+TEST(AccuracyOfRuns, TrustsNoRunThatAFinerOneContradicts) {
+  Study study = quartic_study();
+  study.scene_values["increments"] = "1";
+  study.results[1].quantities[0].value = 1.001;  // elements=0.5 comes close by chance; the scene itself is off by 1 %
+  study.results.insert(study.results.begin() + 2, result({{"increments", "0.5"}}, CasePart::one_knob, 1.5, 1.2));
+  compare(study);
+  EXPECT_NEAR(study.results[1].error, 0.001, 1e-12);
+  EXPECT_NEAR(study.results[1].trusted_error, 0.01, 1e-12);  // fewer increments are not finer: their 20 % do not count
+  EXPECT_NEAR(study.results[0].trusted_error, 0.01, 1e-12);
+  EXPECT_NEAR(profile_of(study, {}, "").runs[1].error, 0.01, 1e-12);
+  EXPECT_NEAR(profile_of(study, {}, "").runs[1].own_error, 0.001, 1e-12);
+}
+
 /// Fields of a line without quotes.
 std::vector<std::string> fields(const std::string& line) {
   std::vector<std::string> all = {""};
@@ -288,10 +301,11 @@ TEST(AccuracyOfRuns, CsvHasAColumnForEverythingAndARowForFailures) {
   EXPECT_EQ(rows[0],
             "settings,part,status,n_repeats,wall_s,wall_min_s,wall_max_s,cpu_s,peak_memory_bytes,same_effects,n_dofs,n_"
             "increments,"
-            "n_cut_increments,n_newton_iterations,n_factorizations,n_contact_elements_max,error,a_posteriori_estimate,"
+            "n_cut_increments,n_newton_iterations,n_factorizations,n_contact_elements_max,error,trusted_error,a_"
+            "posteriori_estimate,"
             "warp_force_N,"
             "error of warp_force_N,thickness_m,error of thickness_m,message");
-  for (const std::string& row : rows) EXPECT_EQ(fields(row).size(), 23u) << row;
+  for (const std::string& row : rows) EXPECT_EQ(fields(row).size(), 24u) << row;
   const std::vector<std::string> row = fields(rows[2]);
   EXPECT_EQ(row[0], "increments=0.1");
   EXPECT_EQ(row[2], "gave up");

@@ -46,6 +46,7 @@ json run_json(const ProfileRun& run) {
   return {{"settings", settings_json(run.settings)},
           {"same_effects", run.same_effects},
           {"error", run.error},
+          {"own_error", run.own_error},
           {"seconds", run.seconds},
           {"cpu_seconds", run.cpu_seconds},
           {"peak_memory_bytes", run.peak_memory_bytes},
@@ -57,6 +58,7 @@ ProfileRun run_from(const json& object) {
   run.settings = settings_from(object.at("settings"));
   object.at("same_effects").get_to(run.same_effects);
   object.at("error").get_to(run.error);
+  object.at("own_error").get_to(run.own_error);
   object.at("seconds").get_to(run.seconds);
   object.at("cpu_seconds").get_to(run.cpu_seconds);
   object.at("peak_memory_bytes").get_to(run.peak_memory_bytes);

@@ -15,9 +15,12 @@ namespace trame::workflows {
 struct ProfileRun {
   Settings settings;
   bool same_effects = true;  ///< simulates what the scene names: only such runs are chosen
-  double error = 0;          ///< largest relative error of what the profile is about
-  double seconds = 0;        ///< wall clock, median
-  double cpu_seconds = 0;    ///< median; what a run costs, whatever else the machine does
+  /// Relative error of what the profile is about: the largest of this run and of all that are at least as fine in every
+  /// knob.
+  double error = 0;
+  double own_error = 0;    ///< of this run alone, which may be small because errors happen to cancel
+  double seconds = 0;      ///< wall clock, median
+  double cpu_seconds = 0;  ///< median; what a run costs, whatever else the machine does
   double peak_memory_bytes = 0;
   std::map<std::string, double> errors;  ///< of every quantity, relative
 };

@@ -101,6 +101,37 @@ bool all_primary_known(const std::vector<Quantity>& quantities, const ClosedForm
                      [&](const Quantity& q) { return !q.is_primary || form.values.count(q.name) > 0; });
 }
 
+/// Rank of a value of a knob that grows with accuracy; NaN for values that cannot be compared.
+double rank(const std::string& knob, const std::string& value) {
+  if (const double number = fineness({knob, value}); std::isfinite(number)) return number;
+  const std::vector<std::string>& words = find_knob(knob).values;
+  const auto word = std::find(words.begin(), words.end(), value);
+  return word == words.end() ? nan : static_cast<double>(word - words.begin());
+}
+
+/// Whether `a` is at least as fine as `b` in every knob.
+bool is_as_fine(const Settings& a, const Settings& b, const std::map<std::string, std::string>& scene_values) {
+  const auto value = [&](const Settings& settings, const std::string& knob) {
+    for (const Setting& s : settings)
+      if (s.knob == knob) return s.value;
+    return scene_values.count(knob) > 0 ? scene_values.at(knob) : std::string();
+  };
+  for (const Settings* settings : {&a, &b})
+    for (const Setting& s : *settings)
+      if (!(rank(s.knob, value(a, s.knob)) >= rank(s.knob, value(b, s.knob)))) return false;
+  return true;
+}
+
+void find_trusted_errors(Study& study) {
+  for (CaseResult& result : study.results) {
+    result.trusted_error = result.error;
+    for (const CaseResult& other : study.results)
+      if (result.what.same_effects && other.what.same_effects && other.is_done() &&
+          is_as_fine(other.what.settings, result.what.settings, study.scene_values))
+        result.trusted_error = std::max(result.trusted_error, other.error);
+  }
+}
+
 std::string measure_of(const std::vector<Quantity>& quantities) {
   std::vector<std::string> groups;
   for (const Quantity& q : quantities)
@@ -191,6 +222,7 @@ void compare(Study& study) {
     result.errors = relative_errors(result.quantities, expected);
     result.error = primary_error(result.quantities, result.errors);
   }
+  find_trusted_errors(study);
   study.has_reference = std::isfinite(study.reference_uncertainty);
 }
 
@@ -206,8 +238,8 @@ Profile profile_of(const Study& study, const micro::Scene& scene, const std::str
                   {}};
   for (const CaseResult& r : study.results)
     if (r.is_done() && std::isfinite(r.error))
-      profile.runs.push_back(
-          {r.what.settings, r.what.same_effects, r.error, r.seconds(), r.cpu(), r.peak_memory_bytes, r.errors});
+      profile.runs.push_back({r.what.settings, r.what.same_effects, r.trusted_error, r.error, r.seconds(), r.cpu(),
+                              r.peak_memory_bytes, r.errors});
   return profile;
 }
 

@@ -27,6 +27,9 @@ struct CaseResult {
   std::vector<Quantity> quantities;
   std::map<std::string, double> errors;  ///< relative to the reference, by quantity
   double error = 0;                      ///< largest of the primary ones
+  /// The largest error of this case and of all of the same effects that are at least as fine in every knob: a coarse
+  /// run may be close to the reference by chance, and the next finer one shows it.
+  double trusted_error = 0;
 
   [[nodiscard]] bool is_done() const { return status == "done"; }
   [[nodiscard]] double seconds() const;  ///< wall clock, median

@@ -42,7 +42,8 @@ std::string csv_row(const CaseResult& r, const std::vector<std::string>& names) 
                                 ran ? number_field(*low) : "", ran ? number_field(*high) : "", number_field(r.cpu()),
                                 r.peak_memory_bytes > 0 ? number_field(r.peak_memory_bytes) : "", r.what.same_effects);
   for (const char* name : count_names) row += "," + (r.counts.count(name) > 0 ? number_field(r.counts.at(name)) : "");
-  row += "," + (r.errors.empty() ? "" : number_field(r.error)) + "," + (r.estimate ? number_field(*r.estimate) : "");
+  row += "," + (r.errors.empty() ? "," : number_field(r.error) + "," + number_field(r.trusted_error)) + "," +
+         (r.estimate ? number_field(*r.estimate) : "");
   for (const std::string& name : names) {
     const Quantity* q = quantity(r, name);
     row += fmt::format(",{},{}", q != nullptr ? number_field(q->value) : "",
@@ -127,10 +128,11 @@ std::string failures(const Study& study) {
 }
 
 std::string pareto_table(const Study& study) {
-  std::string table = "| settings | CPU time | error | a posteriori estimate |\n| --- | --- | --- | --- |\n";
+  std::string table =
+      "| settings | CPU time | error | trusted error | a posteriori estimate |\n| --- | --- | --- | --- | --- |\n";
   for (const CaseResult* r : pareto_front(study))
-    table += fmt::format("| {} | {} | {} | {} |\n", text(r->what.settings), duration_text(r->cpu()), percent(r->error),
-                         r->estimate ? percent(*r->estimate) : "–");
+    table += fmt::format("| {} | {} | {} | {} | {} |\n", text(r->what.settings), duration_text(r->cpu()),
+                         percent(r->error), percent(r->trusted_error), r->estimate ? percent(*r->estimate) : "–");
   return table;
 }
 
@@ -140,7 +142,7 @@ std::string study_csv(const Study& study) {
   const std::vector<std::string> names = quantity_names(study);
   std::string csv = "settings,part,status,n_repeats,wall_s,wall_min_s,wall_max_s,cpu_s,peak_memory_bytes,same_effects";
   for (const char* name : count_names) csv += fmt::format(",{}", name);
-  csv += ",error,a_posteriori_estimate";
+  csv += ",error,trusted_error,a_posteriori_estimate";
   for (const std::string& name : names) csv += fmt::format(",{},error of {}", csv_field(name), csv_field(name));
   csv += ",message\n";
   for (const CaseResult& r : study.results) csv += csv_row(r, names);
@@ -162,7 +164,7 @@ std::vector<const CaseResult*> pareto_front(const Study& study) {
   std::stable_sort(done.begin(), done.end(),
                    [](const CaseResult* a, const CaseResult* b) { return a->cpu() < b->cpu(); });
   for (const CaseResult* r : done)
-    if (front.empty() || r->error < front.back()->error) front.push_back(r);
+    if (front.empty() || r->trusted_error < front.back()->trusted_error) front.push_back(r);
   return front;
 }
 
@@ -205,7 +207,9 @@ std::string study_markdown(const Study& study, const Profile& profile, const std
   if (study.has_reference)
     page += fmt::format(
         "Error: {}, against {}, which is itself uncertain by {}.\n\n## Settings for an error\n\n{}\n"
-        "Expected error: the distance from the reference plus the uncertainty of the reference.\n\n## Pareto "
+        "Expected error: the trusted error plus the uncertainty of the reference. Trusted is the largest error of a "
+        "case and of all that are at "
+        "least as fine in every knob: a coarse one may be close to the reference by chance.\n\n## Pareto "
         "front\n\n{}\n",
         study.measure, study.reference, percent(study.reference_uncertainty), recommendation(profile),
         pareto_table(study));

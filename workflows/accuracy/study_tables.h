@@ -31,7 +31,8 @@ struct OrderPoint {
 /// Cases that vary only this knob, the base among them with its value of the scene, in the order in which they were
 /// planned.
 [[nodiscard]] std::vector<const CaseResult*> along_knob(const Study& study, const std::string& knob);
-/// Done cases of the scene's effects that no other is both cheaper in CPU time and more accurate than; cheapest first.
+/// Done cases of the scene's effects that no other is both cheaper in CPU time and of a smaller trusted error than;
+/// cheapest first.
 [[nodiscard]] std::vector<const CaseResult*> pareto_front(const Study& study);
 
 }  // namespace trame::workflows

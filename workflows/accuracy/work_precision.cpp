@@ -16,10 +16,13 @@ namespace {
 /// An error of nothing at all has no place on a logarithmic axis.
 bool can_be_drawn(const CaseResult& r) { return r.is_done() && std::isfinite(r.error) && r.error > 0; }
 
-std::string data_block(const std::string& name, const std::vector<const CaseResult*>& results) {
+using Error = double CaseResult::*;
+
+std::string data_block(const std::string& name, const std::vector<const CaseResult*>& results,
+                       Error error = &CaseResult::error) {
   std::string block = fmt::format("${} << END\n", name);
   for (const CaseResult* r : results)
-    if (can_be_drawn(*r)) block += fmt::format("{:.6g} {:.6g}\n", r->cpu(), 100 * r->error);
+    if (can_be_drawn(*r)) block += fmt::format("{:.6g} {:.6g}\n", r->cpu(), 100 * r->*error);
   return block + "END\n";
 }
 
@@ -57,8 +60,8 @@ std::string work_precision_script(const Study& study) {
                                 gnuplot_string(knob.name + (knob.is_numerical ? "" : " (other effects)"))));
   }
   if (plots.empty()) return "";
-  blocks += data_block("pareto", pareto_front(study));
-  plots.push_back("$pareto using 1:2 with steps lw 2 lc rgb '#000000' title 'Pareto front'");
+  blocks += data_block("pareto", pareto_front(study), &CaseResult::trusted_error);
+  plots.push_back("$pareto using 1:2 with steps lw 2 lc rgb '#000000' title 'Pareto front (trusted error)'");
   plots.push_back("$pareto using 1:2 with points pt 6 ps 1.5 lw 2 lc rgb '#000000' notitle");
   if (study.reference_uncertainty > 0)
     plots.push_back(fmt::format("{:.6g} with lines dt 3 lc rgb '#cc0000' title 'uncertainty of the reference'",
