@@ -44,8 +44,8 @@ void check_yarn(const FiberStates& states, const micro::Yarn& yarn, const std::v
   const micro::FiberMesh& fibers = states.header().mesh;
   for (Index f = yarn.first_fiber; f < yarn.first_fiber + yarn.n_fibers; ++f) {
     if (fibers.arc_length[fibers.first_node[f]] != 0)
-      throw InputError(fmt::format("{}: yarn {}: the arc length of fiber {} does not begin with 0", states.name(),
-                                   yarn.name, f));
+      throw InputError(
+          fmt::format("{}: yarn {}: the arc length of fiber {} does not begin with 0", states.name(), yarn.name, f));
     for (Index n = fibers.first_node[f] + 1; n < fibers.first_node[f + 1]; ++n)
       if (!(std::isfinite(fibers.arc_length[n]) && fibers.arc_length[n] > fibers.arc_length[n - 1]))
         throw InputError(fmt::format("{}: yarn {}: the arc length of fiber {} does not grow from node to node",

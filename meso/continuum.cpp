@@ -154,14 +154,10 @@ std::vector<std::string> excesses(const YarnContinuum& row, const ContinuumLimit
 
 std::string_view text(ContinuumVerdict verdict) {
   switch (verdict) {
-    case ContinuumVerdict::holds:
-      return "continuum holds";
-    case ContinuumVerdict::holds_on_average:
-      return "holds on average, not fiber by fiber";
-    case ContinuumVerdict::does_not_hold:
-      return "does not hold";
-    case ContinuumVerdict::too_few_fibers:
-      return "too few fibers to say";
+    case ContinuumVerdict::holds: return "continuum holds";
+    case ContinuumVerdict::holds_on_average: return "holds on average, not fiber by fiber";
+    case ContinuumVerdict::does_not_hold: return "does not hold";
+    case ContinuumVerdict::too_few_fibers: return "too few fibers to say";
   }
   return "";
 }

@@ -53,9 +53,7 @@ class Move {
 }  // namespace
 
 GaussianSmoother::GaussianSmoother(const Mask& mask, double sigma, SmoothOrder order)
-    : mask_(mask),
-      order_(order),
-      vertical_(gaussian_kernel(mask.rows(), sigma)),
+    : mask_(mask), order_(order), vertical_(gaussian_kernel(mask.rows(), sigma)),
       horizontal_(gaussian_kernel(mask.cols(), sigma)) {
   const Picture mass = blurred(mask.cast<double>()).max(std::numeric_limits<double>::min());
   weight_one_ = 1 / mass;

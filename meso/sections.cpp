@@ -168,12 +168,9 @@ void measure(Section& section) {
 
 std::string_view text(SectionStatus status) {
   switch (status) {
-    case SectionStatus::ok:
-      return "ok";
-    case SectionStatus::beyond_end:
-      return "beyond the ends of the yarn";
-    case SectionStatus::no_fiber:
-      return "no fiber passes through the plane";
+    case SectionStatus::ok: return "ok";
+    case SectionStatus::beyond_end: return "beyond the ends of the yarn";
+    case SectionStatus::no_fiber: return "no fiber passes through the plane";
   }
   return "";
 }

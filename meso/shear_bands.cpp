@@ -69,9 +69,7 @@ class RegionFinder {
  public:
   RegionFinder(const std::vector<double>& values, const Mask& mask, double pixels_per_distance,
                const ShearBandOptions& options)
-      : mask_(mask),
-        options_(options),
-        scale_(robust_scale(values)),
+      : mask_(mask), options_(options), scale_(robust_scale(values)),
         deviation_(std::max(scale_.deviation, options.min_contrast * scale_.rms / options.threshold)),
         pixel_area_(1 / (pixels_per_distance * pixels_per_distance)),
         local_(mask, options.local_scale * pixels_per_distance, SmoothOrder::mean),

@@ -47,11 +47,11 @@ enum TetFlag : Index {
 /// Strain between two states A and B, in A's geometry and in the yarn frame of A: index 0 axial, 1 horizontal, 2
 /// vertical. NaN where flagged.
 struct StrainField {
-  std::vector<Mat3> E;            ///< E_AB = ½(F_ABᵀ F_AB − I), F_AB = F_B F_A⁻¹
-  std::vector<Vec3> principal;    ///< E_I ≥ E_II ≥ E_III
-  std::vector<double> gamma_max;  ///< E_I − E_III
-  std::vector<double> det_F;      ///< of F_AB
-  std::vector<Index> flagged;     ///< a `TetFlag`
+  std::vector<Mat3> E;                  ///< E_AB = ½(F_ABᵀ F_AB − I), F_AB = F_B F_A⁻¹
+  std::vector<Vec3> principal;          ///< E_I ≥ E_II ≥ E_III
+  std::vector<double> gamma_max;        ///< E_I − E_III
+  std::vector<double> det_F;            ///< of F_AB
+  std::vector<Index> flagged;           ///< a `TetFlag`
   Index n_flagged = 0, n_inverted = 0;  ///< of all; of one kind
 };
 

@@ -48,16 +48,11 @@ SectionMeans section_means(const std::vector<SectionPair>& pairs) {
 
 const char* text(BandComponent component) {
   switch (component) {
-    case BandComponent::axial:
-      return "E_axial";
-    case BandComponent::horizontal:
-      return "E_horizontal";
-    case BandComponent::vertical:
-      return "E_vertical";
-    case BandComponent::horizontal_vertical:
-      return "E_horizontal_vertical";
-    case BandComponent::gamma_max:
-      return "gamma_max";
+    case BandComponent::axial: return "E_axial";
+    case BandComponent::horizontal: return "E_horizontal";
+    case BandComponent::vertical: return "E_vertical";
+    case BandComponent::horizontal_vertical: return "E_horizontal_vertical";
+    case BandComponent::gamma_max: return "gamma_max";
   }
   return "";
 }
@@ -79,8 +74,8 @@ std::vector<SectionBands> survey_bands(const YarnMesh& mesh, const StrainField& 
     if (sections[k].a.status != SectionStatus::ok) continue;
     const YarnCut cut = cut_yarn(mesh, r_a, section_plane(sections[k].a));
     for (const BandComponent component : band_components)
-      result.push_back({static_cast<Index>(k), component,
-                        find_shear_bands(cut, magnitudes(field, component), options).bands});
+      result.push_back(
+          {static_cast<Index>(k), component, find_shear_bands(cut, magnitudes(field, component), options).bands});
   }
   return result;
 }

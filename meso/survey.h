@@ -36,9 +36,8 @@ struct SectionMeans {
 
 /// What bands are looked for in; of strains with a sign, the size.
 enum class BandComponent : std::uint8_t { axial, horizontal, vertical, horizontal_vertical, gamma_max };
-inline constexpr std::array band_components = {BandComponent::axial, BandComponent::horizontal,
-                                               BandComponent::vertical, BandComponent::horizontal_vertical,
-                                               BandComponent::gamma_max};
+inline constexpr std::array band_components = {BandComponent::axial, BandComponent::horizontal, BandComponent::vertical,
+                                               BandComponent::horizontal_vertical, BandComponent::gamma_max};
 /// Name as of the arrays in `yarns_vtk`.
 [[nodiscard]] const char* text(BandComponent component);
 /// Of every tetrahedron, ≥ 0; NaN where flagged.

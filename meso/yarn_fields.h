@@ -19,8 +19,8 @@ struct YarnFields {
 };
 
 /// `F_a`, `F_b`: of the tetrahedra, against the reference state.
-[[nodiscard]] YarnFields yarn_fields(const micro::FiberMesh& fibers, const YarnMesh& mesh,
-                                     const std::vector<Mat3>& F_a, const std::vector<Mat3>& F_b,
-                                     const micro::FiberConfiguration& a, const micro::FiberConfiguration& b);
+[[nodiscard]] YarnFields yarn_fields(const micro::FiberMesh& fibers, const YarnMesh& mesh, const std::vector<Mat3>& F_a,
+                                     const std::vector<Mat3>& F_b, const micro::FiberConfiguration& a,
+                                     const micro::FiberConfiguration& b);
 
 }  // namespace trame::meso

@@ -186,14 +186,10 @@ void measure_volumes(MeshQuality& quality, const std::vector<double>& volumes) {
 
 std::string_view text(MeshStatus status) {
   switch (status) {
-    case MeshStatus::ok:
-      return "ok";
-    case MeshStatus::too_few_fibers:
-      return "fewer than 3 fibers enclose no volume";
-    case MeshStatus::flat_section:
-      return "all fibers lie in one surface";
-    case MeshStatus::unequal_fibers:
-      return "fibers with different numbers of nodes cannot be swept";
+    case MeshStatus::ok: return "ok";
+    case MeshStatus::too_few_fibers: return "fewer than 3 fibers enclose no volume";
+    case MeshStatus::flat_section: return "all fibers lie in one surface";
+    case MeshStatus::unequal_fibers: return "fibers with different numbers of nodes cannot be swept";
   }
   return "";
 }

@@ -104,11 +104,12 @@ void YarnsVtkWriter::append(Index index, const micro::Increment& state_b, const 
   vtkNew<vtkUnstructuredGrid> grid;
   impl_->add_geometry(grid, state_b.fibers.r);
   impl_->add_yarns(grid);
-  add_strains(grid->GetCellData(), yarns, [](const YarnFields& yarn) -> const auto& { return yarn.strain; });
-  add_strains(grid->GetPointData(), yarns, [](const YarnFields& yarn) -> const auto& { return yarn.nodal; });
+  add_strains(
+      grid->GetCellData(), yarns, [](const YarnFields& yarn) -> const auto& { return yarn.strain; });
+  add_strains(
+      grid->GetPointData(), yarns, [](const YarnFields& yarn) -> const auto& { return yarn.nodal; });
   add<Index>(grid->GetCellData(), "shear_zone", yarns, [](const YarnFields& yarn) { return yarn.zones.zone; });
-  add<double>(grid->GetCellData(), "shear_contrast", yarns,
-              [](const YarnFields& yarn) { return yarn.zones.contrast; });
+  add<double>(grid->GetCellData(), "shear_contrast", yarns, [](const YarnFields& yarn) { return yarn.zones.contrast; });
   add<double>(grid->GetPointData(), "D2_min", yarns, [](const YarnFields& yarn) { return yarn.D2_min; });
   micro::add_load(grid, state_b.stage, state_b.stage_time);
   micro::add_array(grid->GetFieldData(), "from", std::vector<Index>{impl_->from});

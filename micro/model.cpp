@@ -13,7 +13,8 @@ namespace trame::micro {
 
 Scales natural_scales(const Scene& scene) {
   Scales scales{0, 0};
-  for (const FiberType& t : scene.fiber_types) scales.length += t.radius / static_cast<double>(scene.fiber_types.size());
+  for (const FiberType& t : scene.fiber_types)
+    scales.length += t.radius / static_cast<double>(scene.fiber_types.size());
   for (const Material& m : scene.materials) scales.stress = std::max(scales.stress, m.young_modulus_axial);
   return scales;
 }
@@ -130,7 +131,8 @@ void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, co
           break;
         case DriveMode::follow:
           if (axis > 2)
-            throw InputError(fmt::format("{}: stage {}: follow drives x, y or z, not a rotation", scene.name, stage.name));
+            throw InputError(
+                fmt::format("{}: stage {}: follow drives x, y or z, not a rotation", scene.name, stage.name));
           drive = {DofDrive::Kind::follow, 0};
           follow_terms_.push_back({b, leader, axis, carried.poses[leader], carried.poses[b].position, stiffness});
           break;
@@ -264,9 +266,11 @@ PrescribedMotion StageModel::motion(const State& state, double from, double to) 
     m.fixed[i] = 1;
     const Index body = i / 6;
     const int axis = i % 6;
-    // Positions aim at their place at the end of the step, so that errors do not add up; rotations advance by their share.
+    // Positions aim at their place at the end of the step, so that errors do not add up; rotations advance by their
+    // share.
     if (axis < 3)
-      m.motion[i] = bodies.pose(start, body).position[axis] + to * drive.value - bodies.pose(state, body).position[axis];
+      m.motion[i] =
+          bodies.pose(start, body).position[axis] + to * drive.value - bodies.pose(state, body).position[axis];
     else
       m.motion[i] = (to - from) * drive.value;
   }

@@ -30,16 +30,16 @@ struct Scales {
 struct Carried {
   FiberConfiguration configuration;
   std::vector<Pose> poses;
-  std::vector<double> body_forces;   ///< external force on each of the 6 dofs of each body
+  std::vector<double> body_forces;  ///< external force on each of the 6 dofs of each body
   std::vector<ContactHistory> contact_history;
   std::vector<Vec3> contact_tractions;
-  bool just_separated = false;       ///< yarns were parted with vertical normals in the stage before
+  bool just_separated = false;  ///< yarns were parted with vertical normals in the stage before
 };
 
 /// How a dof of a body is driven through a stage.
 struct DofDrive {
   enum class Kind : std::uint8_t { held, displacement, force, follow } kind = Kind::held;
-  double value = 0;                  ///< displacement or force reached at the stage's end
+  double value = 0;  ///< displacement or force reached at the stage's end
 };
 
 /// The equations of one stage.
@@ -57,7 +57,7 @@ struct StageModel {
   RigidBodies bodies;
   FiberField field;
   State start;
-  std::vector<DofDrive> drives;      ///< 6 per body
+  std::vector<DofDrive> drives;  ///< 6 per body
   Effects effects;
   // The effects that others ask; null where the stage does not call for them.
   Contact* contact = nullptr;

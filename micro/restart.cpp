@@ -19,8 +19,9 @@ Index end_of_stage(const SnapshotReader& states, const std::string& stage) {
     if (increment.stage == stage) return i;
     finished += (finished.empty() ? "" : ", ") + increment.stage;
   }
-  throw InputError(fmt::format("--after {}: the states to start from have not finished a stage of that name; finished: {}", stage,
-                               finished.empty() ? "none" : finished));
+  throw InputError(
+      fmt::format("--after {}: the states to start from have not finished a stage of that name; finished: {}", stage,
+                  finished.empty() ? "none" : finished));
 }
 
 /// Equal up to the round-off of unit conversions.
@@ -33,7 +34,8 @@ void require_same_fibers(const SnapshotHeader& header, const Assembly& assembly,
   const FiberMesh &theirs = header.mesh, &ours = assembly.mesh;
   const auto require = [](bool same, const char* what) {
     if (!same)
-      throw InputError(fmt::format("--start-from: the states are of another scene: {} differ; only stages may differ", what));
+      throw InputError(
+          fmt::format("--start-from: the states are of another scene: {} differ; only stages may differ", what));
   };
   require(theirs.first_node == ours.first_node, "numbers of fibers or elements");
   require(equal(theirs.radius, ours.radius, scales.length), "radii of fibers");
@@ -79,9 +81,10 @@ Carried carry(const Increment& state, const Scene& scene, const Assembly& assemb
 
 }  // namespace
 
-Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene, const Assembly& assembly,
-                      const Scales& scales) {
-  const auto stage = std::find_if(scene.stages.begin(), scene.stages.end(), [&](const Stage& s) { return s.name == after; });
+Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene,
+                      const Assembly& assembly, const Scales& scales) {
+  const auto stage =
+      std::find_if(scene.stages.begin(), scene.stages.end(), [&](const Stage& s) { return s.name == after; });
   if (stage == scene.stages.end() || stage + 1 == scene.stages.end()) {
     std::string names;
     for (std::size_t i = 0; i + 1 < scene.stages.size(); ++i) names += (i > 0 ? ", " : "") + scene.stages[i].name;

@@ -15,8 +15,8 @@ struct Restart {
 
 /// Finds the end of stage `after` in `states`, which must hold the fibers and bodies of this scene, and takes from it
 /// positions, sections, poses, forces and the history of every contact. `scene` and `assembly` are in natural units.
-/// Throws InputError where the states are of other fibers or bodies, have not finished that stage, or the scene has none of
-/// that name or nothing after it.
+/// Throws InputError where the states are of other fibers or bodies, have not finished that stage, or the scene has
+/// none of that name or nothing after it.
 [[nodiscard]] Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene,
                                     const Assembly& assembly, const Scales& scales);
 

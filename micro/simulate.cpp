@@ -79,7 +79,8 @@ class SideGauge {
 /// A body without ties that leads others stands at the middle of its followers when a stage begins.
 void place_leaders(const Assembly& assembly, const Stage& stage, std::vector<Pose>& poses) {
   for (Index leader = 0; leader < static_cast<Index>(poses.size()); ++leader) {
-    if (std::any_of(assembly.ties.begin(), assembly.ties.end(), [&](const EndTie& t) { return t.body == leader; })) continue;
+    if (std::any_of(assembly.ties.begin(), assembly.ties.end(), [&](const EndTie& t) { return t.body == leader; }))
+      continue;
     Vec3 sum = Vec3::Zero();
     int n = 0;
     for (const Drive& d : stage.drives)
@@ -99,7 +100,8 @@ void add_history(std::vector<ContactHistory>& history, const std::vector<Contact
   });
 }
 
-void count_crossings(const StageModel& model, const State& state, const Assembly& assembly, SimulationSummary& summary) {
+void count_crossings(const StageModel& model, const State& state, const Assembly& assembly,
+                     SimulationSummary& summary) {
   summary.n_crossings = static_cast<Index>(assembly.crossings.size());
   summary.n_crossings_ok = 0;
   for (const YarnCrossing& c : ordered_crossings(assembly))
@@ -110,9 +112,8 @@ void count_crossings(const StageModel& model, const State& state, const Assembly
 /// Fiber ends that lie inside other fibers, but for those that a body holds together with them.
 std::vector<BuriedEnd> free_buried_ends(const StageModel& model, const State& state, const Assembly& assembly) {
   const auto tied = [&](Index fiber, std::optional<FiberEnd> end, Index body) {
-    return std::any_of(assembly.ties.begin(), assembly.ties.end(), [&](const EndTie& t) {
-      return t.fiber == fiber && t.body == body && (!end || t.end == *end);
-    });
+    return std::any_of(assembly.ties.begin(), assembly.ties.end(),
+                       [&](const EndTie& t) { return t.fiber == fiber && t.body == body && (!end || t.end == *end); });
   };
   return find_buried_ends(model.field, state, [&](Index fiber, FiberEnd end, Index other) {
     return std::any_of(assembly.ties.begin(), assembly.ties.end(),
@@ -125,8 +126,9 @@ std::string names_of(const std::vector<BuriedEnd>& ends, const FiberField& field
   constexpr std::size_t n_named = 3;
   std::string text;
   for (std::size_t i = 0; i < std::min(ends.size(), n_named); ++i)
-    text += fmt::format("{}the {} of fiber {} in {}", i > 0 ? ", " : "", ends[i].end == FiberEnd::start ? "start" : "end",
-                        ends[i].fiber, field.describe(ends[i].inside, ends[i].s));
+    text +=
+        fmt::format("{}the {} of fiber {} in {}", i > 0 ? ", " : "", ends[i].end == FiberEnd::start ? "start" : "end",
+                    ends[i].fiber, field.describe(ends[i].inside, ends[i].s));
   return text + (ends.size() > n_named ? fmt::format(", and {} more", ends.size() - n_named) : "");
 }
 
@@ -148,8 +150,8 @@ class Run {
       first_stage_ = restart->next_stage;
     }
     writer_ = std::make_unique<SnapshotWriter>(
-        options.states,
-        SnapshotHeader{TRAME_VERSION, scene.name, scene.text, dimensional(assembly_.mesh, scales_), assembly_.body_names});
+        options.states, SnapshotHeader{TRAME_VERSION, scene.name, scene.text, dimensional(assembly_.mesh, scales_),
+                                       assembly_.body_names});
     if (restart)
       save_start(*restart);
     else
@@ -163,9 +165,10 @@ class Run {
         summary_.status = Status::interrupted;
     }
     if (summary_.n_unstable_increments > 0)
-      warn(fmt::format("{} of {} increments ended in an equilibrium that is known to be unstable, the first one {}: a small "
-                       "disturbance, say a slight bow, would lead elsewhere",
-                       summary_.n_unstable_increments, summary_.n_increments, first_unstable_));
+      warn(fmt::format(
+          "{} of {} increments ended in an equilibrium that is known to be unstable, the first one {}: a small "
+          "disturbance, say a slight bow, would lead elsewhere",
+          summary_.n_unstable_increments, summary_.n_increments, first_unstable_));
     return std::move(summary_);
   }
 
@@ -216,11 +219,14 @@ class Run {
     if (options_.log) options_.log(fmt::format("stage {}: {} dofs", stage.name, model.layout.n_dofs()));
 
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
-    const NewtonSettings newton_settings{scene_.solver.force_tolerance, 1e-12, scene_.solver.max_newton_iterations,
-                                         scene_.solver.step_cap, scene_.solver.factor_precision,
-                                         model.contact ? scene_.contact.search_margin
-                                                       : std::numeric_limits<double>::infinity(),
-                                         smallest_radius};
+    const NewtonSettings newton_settings{
+        scene_.solver.force_tolerance,
+        1e-12,
+        scene_.solver.max_newton_iterations,
+        scene_.solver.step_cap,
+        scene_.solver.factor_precision,
+        model.contact ? scene_.contact.search_margin : std::numeric_limits<double>::infinity(),
+        smallest_radius};
     LoadPathSettings path;
     path.n_increments = stage.n_increments;
     path.max_geometry_updates = scene_.solver.max_geometry_updates;
@@ -275,12 +281,13 @@ class Run {
         save(model, state, last_point_, last_solver_);
       }
       summary_.status = Status::gave_up;
-      summary_.message = fmt::format("stage {} at stage time {:.4f}: {}{}; the smallest allowed increment failed", stage.name,
-                                     outcome.stage_time, outcome.reason,
+      summary_.message = fmt::format("stage {} at stage time {:.4f}: {}{}; the smallest allowed increment failed",
+                                     stage.name, outcome.stage_time, outcome.reason,
                                      outcome.worst_dof ? ", near " + model.describe_dof(*outcome.worst_dof) : "");
       if (outcome.worst_dof)
-        summary_.message += ". Try more increments in this stage, a larger proximal term, a larger solver.max_newton_iterations or "
-                            "a softer contact.penalty";
+        summary_.message +=
+            ". Try more increments in this stage, a larger proximal term, a larger solver.max_newton_iterations or "
+            "a softer contact.penalty";
     }
   }
 
@@ -361,8 +368,14 @@ class Run {
       all += share;
       done += i < stage_index ? share : i == stage_index ? share * report.stage_time : 0;
     }
-    return {stage.name, static_cast<Index>(stage_index), static_cast<Index>(scene_.stages.size()), report.stage_time,
-            done / all, summary_.n_increments, &solver, n_contacts};
+    return {stage.name,
+            static_cast<Index>(stage_index),
+            static_cast<Index>(scene_.stages.size()),
+            report.stage_time,
+            done / all,
+            summary_.n_increments,
+            &solver,
+            n_contacts};
   }
 
   const SimulateOptions& options_;
@@ -394,7 +407,8 @@ ModelSize model_size(const Scene& scene) {
     const std::vector<FiberModel> models = models_in_stage(scene, assembly, stage);
     std::int64_t n_dofs = 6 * size.n_bodies;
     for (Index f = 0; f < size.n_fibers; ++f)
-      n_dofs += models[f] == FiberModel::enriched ? 9 * assembly.mesh.n_nodes(f) : 6 * (assembly.mesh.n_elements(f) + 1);
+      n_dofs +=
+          models[f] == FiberModel::enriched ? 9 * assembly.mesh.n_nodes(f) : 6 * (assembly.mesh.n_elements(f) + 1);
     size.n_dofs_per_stage.push_back(n_dofs);
     size.n_dofs = std::max(size.n_dofs, n_dofs);
   }
@@ -410,7 +424,8 @@ void check_start(const Scene& scene, const SimulateOptions& options) {
 
 SimulationSummary simulate(const Scene& scene, const SimulateOptions& options) {
   if (scene.fibers.empty() && scene.bundles.empty() && !scene.weave)
-    throw InputError(fmt::format("{}: there is no fiber; a scene must have at least one fiber, bundle or weave", scene.name));
+    throw InputError(
+        fmt::format("{}: there is no fiber; a scene must have at least one fiber, bundle or weave", scene.name));
   return Run(scene, options).follow_load_path();
 }
 

@@ -18,7 +18,7 @@ namespace trame::micro {
 /// How large a scene is, before it runs.
 struct ModelSize {
   Index n_fibers = 0, n_nodes = 0, n_bodies = 0;
-  std::int64_t n_dofs = 0;           ///< of the stage with most of them
+  std::int64_t n_dofs = 0;  ///< of the stage with most of them
   std::vector<std::int64_t> n_dofs_per_stage;
 };
 [[nodiscard]] ModelSize model_size(const Scene& scene);
@@ -27,9 +27,9 @@ struct ModelSize {
 struct Progress {
   std::string stage;
   Index stage_index = 0, n_stages = 0;
-  double stage_time = 0;             ///< 0…1
-  double fraction = 0;               ///< of the whole load path, 0…1
-  Index increment = 0;               ///< accepted so far
+  double stage_time = 0;  ///< 0…1
+  double fraction = 0;    ///< of the whole load path, 0…1
+  Index increment = 0;    ///< accepted so far
   const SolverRecord* solver = nullptr;
   Index n_contact_elements = 0;
 };
@@ -48,24 +48,25 @@ struct SimulateOptions {
 struct CurvePoint {
   std::string stage;
   double stage_time = 0;
-  /// Warp, weft: relative change of the distance of the side bodies since the stages that drive them began; 0 without a weave.
+  /// Warp, weft: relative change of the distance of the side bodies since the stages that drive them began; 0 without a
+  /// weave.
   std::array<double, 2> side_strain{};
-  std::array<double, 2> side_force{};   ///< warp, weft: mean of the pulling forces on both sides, N
+  std::array<double, 2> side_force{};  ///< warp, weft: mean of the pulling forces on both sides, N
 };
 
 struct SimulationSummary {
   enum class Status { done, interrupted, gave_up } status = Status::done;
-  std::string message;               ///< why it gave up, where, what to try
+  std::string message;  ///< why it gave up, where, what to try
   ModelSize size;
   Index n_contact_elements_max = 0;
   Index n_increments = 0, n_cut_increments = 0, n_newton_iterations = 0, n_factorizations = 0;
-  double max_penetration_over_radius = 0;              ///< at the end of the last stage
-  double force_imbalance = 0, moment_imbalance = 0;    ///< at the end
+  double max_penetration_over_radius = 0;            ///< at the end of the last stage
+  double force_imbalance = 0, moment_imbalance = 0;  ///< at the end
   EnergyRecord energy;
-  Index n_unstable_increments = 0;                     ///< known to be: `SolverRecord::unstable`
-  Index n_buried_ends = 0;                             ///< fiber ends inside other fibers, at the end of the last stage
-  std::vector<std::string> warnings;                   ///< what is solved, but may not be what was meant
-  bool crossing_order_ok = true;                       ///< true without a weave
+  Index n_unstable_increments = 0;    ///< known to be: `SolverRecord::unstable`
+  Index n_buried_ends = 0;            ///< fiber ends inside other fibers, at the end of the last stage
+  std::vector<std::string> warnings;  ///< what is solved, but may not be what was meant
+  bool crossing_order_ok = true;      ///< true without a weave
   Index n_crossings = 0, n_crossings_ok = 0;
   int n_threads = 0;
   std::vector<CurvePoint> curve;

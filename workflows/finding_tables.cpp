@@ -60,7 +60,8 @@ std::string count_bands(const std::vector<meso::SectionBands>& cuts) {
   std::ptrdiff_t n = 0, n_significant = 0;
   for (const meso::SectionBands& cut : cuts) {
     n += static_cast<std::ptrdiff_t>(cut.bands.size());
-    n_significant += std::count_if(cut.bands.begin(), cut.bands.end(), [](const ShearBand& b) { return b.significant; });
+    n_significant +=
+        std::count_if(cut.bands.begin(), cut.bands.end(), [](const ShearBand& b) { return b.significant; });
   }
   return fmt::format("{} of {}", n_significant, n);
 }
@@ -100,8 +101,8 @@ void write_bands_csv(const std::filesystem::path& file, const std::vector<micro:
   for (std::size_t y = 0; y < strains.bands.size(); ++y)
     for (const meso::SectionBands& cut : strains.bands[y])
       for (std::size_t k = 0; k < cut.bands.size(); ++k)
-        out << fmt::format("{},{},{},{}", yarns[strains.analysis.meshes[y].yarn].name, cut.station,
-                           text(cut.component), k + 1)
+        out << fmt::format("{},{},{},{}", yarns[strains.analysis.meshes[y].yarn].name, cut.station, text(cut.component),
+                           k + 1)
             << band_fields(cut.bands[k]) << '\n';
   finish(out, file);
 }
@@ -152,8 +153,8 @@ void write_continuum_csv(const std::filesystem::path& file, const std::vector<mi
 
 void print_findings(const std::vector<micro::Yarn>& yarns, const std::vector<meso::YarnFindings>& findings,
                     const MeshedStrains& strains) {
-  fmt::print("{:<12} {:>15} {:>15} {:>13} {:>13} {:>11} {:>9} {:>11}\n", "yarn", "height (um)", "width (um)", "fill (%)",
-             "lenses (%)", "side/centre", "bands", "zones (%)");
+  fmt::print("{:<12} {:>15} {:>15} {:>13} {:>13} {:>11} {:>9} {:>11}\n", "yarn", "height (um)", "width (um)",
+             "fill (%)", "lenses (%)", "side/centre", "bands", "zones (%)");
   for (std::size_t y = 0; y < findings.size(); ++y) {
     const meso::SectionMeans means = section_means(findings[y].sections);
     const meso::ShearZones& zones = strains.analysis.fields[y].zones;
@@ -162,7 +163,8 @@ void print_findings(const std::vector<micro::Yarn>& yarns, const std::vector<mes
                change(1e6 * means.width_a, 1e6 * means.width_b, "{:.1f}"),
                change(100 * means.fill_a, 100 * means.fill_b, "{:.1f}"),
                change(100 * means.lenticular_a, 100 * means.lenticular_b, "{:.0f}"), means.side_to_centre,
-               count_bands(strains.bands[y]), fmt::format("{} ({:.1f})", zones.zones.size(), 100 * zones.volume_fraction));
+               count_bands(strains.bands[y]),
+               fmt::format("{} ({:.1f})", zones.zones.size(), 100 * zones.volume_fraction));
   }
 }
 

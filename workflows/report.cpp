@@ -10,8 +10,8 @@ namespace trame::workflows {
 
 namespace {
 
-/// Largest resident memory of this program so far; the kernel counts kilobytes. Not that of getrusage, which starts with
-/// the memory of the process that started this one.
+/// Largest resident memory of this program so far; the kernel counts kilobytes. Not that of getrusage, which starts
+/// with the memory of the process that started this one.
 std::int64_t peak_memory_bytes() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;)

@@ -122,14 +122,11 @@ std::string drive_text(const Drive& drive) {
   const bool rotates = drive.dof >= BodyDof::rx;
   const std::string driven = fmt::format("{} {}", drive.bodies, dof_names[static_cast<std::size_t>(drive.dof)]);
   switch (drive.mode) {
-    case DriveMode::displacement:
-      return fmt::format("{} by {:g} {}", driven, drive.value, rotates ? "rad" : "m");
+    case DriveMode::displacement: return fmt::format("{} by {:g} {}", driven, drive.value, rotates ? "rad" : "m");
     case DriveMode::force:
       return fmt::format("{} to {} {:g} {}", driven, rotates ? "moment" : "force", drive.value, rotates ? "N m" : "N");
-    case DriveMode::strain:
-      return fmt::format("{} to strain {:g}", driven, drive.value);
-    case DriveMode::follow:
-      return fmt::format("{} follows {}", driven, drive.leader);
+    case DriveMode::strain: return fmt::format("{} to strain {:g}", driven, drive.value);
+    case DriveMode::follow: return fmt::format("{} follows {}", driven, drive.leader);
   }
   return driven;
 }

@@ -14,8 +14,8 @@ namespace trame::workflows {
 
 enum ExitCode { exit_done = 0, exit_unexpected = 1, exit_bad_input = 2, exit_gave_up = 3 };
 
-/// Results that a program derives from the saved states, after the simulation and the fibers' VTK files. What it returns,
-/// an object, is merged into summary.json.
+/// Results that a program derives from the saved states, after the simulation and the fibers' VTK files. What it
+/// returns, an object, is merged into summary.json.
 using FromStates =
     std::function<nlohmann::json(const OutputDirectory& out, int n_threads, Timers& timers, Terminal& terminal)>;
 

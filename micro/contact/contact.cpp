@@ -38,15 +38,14 @@ void Contact::forgive(const State& start) {
   note_loaded_particles();
 }
 
-/// The history entry of the same two fibers nearest in arc length, within one sample length; a crossing keeps its identity
-/// where it slides farther.
+/// The history entry of the same two fibers nearest in arc length, within one sample length; a crossing keeps its
+/// identity where it slides farther.
 const ContactHistory* Contact::find_history(const Proximity& p) const {
   const double reach = (p.crossing ? 4 : 1) * p.length;
   const auto key = std::make_pair(p.fiber_a, p.fiber_b);
-  auto h = std::lower_bound(history_.begin(), history_.end(), std::make_tuple(p.fiber_a, p.fiber_b, p.s_a - reach),
-                            [](const ContactHistory& c, const auto& k) {
-                              return std::make_tuple(c.fiber_a, c.fiber_b, c.s_a) < k;
-                            });
+  auto h = std::lower_bound(
+      history_.begin(), history_.end(), std::make_tuple(p.fiber_a, p.fiber_b, p.s_a - reach),
+      [](const ContactHistory& c, const auto& k) { return std::make_tuple(c.fiber_a, c.fiber_b, c.s_a) < k; });
   const ContactHistory* best = nullptr;
   double best_distance = reach;
   for (; h != history_.end() && std::make_pair(h->fiber_a, h->fiber_b) == key && h->s_a <= p.s_a + reach; ++h) {
@@ -83,8 +82,8 @@ void Contact::note_loaded_particles() {
   });
 }
 
-/// A pair that touches for the first time starts with the geometric mean of the penalties in force nearby on both fibers: a soft one
-/// among hard ones would have to take their load, and let fibers through each other.
+/// A pair that touches for the first time starts with the geometric mean of the penalties in force nearby on both
+/// fibers: a soft one among hard ones would have to take their load, and let fibers through each other.
 double Contact::starting_scale(const Proximity& p) const {
   double sum = 0;
   int n = 0;
@@ -157,7 +156,8 @@ void Contact::update(const State& state, Update what) {
     ++n_searches_;
   } else {
     for (const ContactElement& e : elements_)
-      proximities.push_back(facing(field_, state, {e.fiber_a, e.fiber_b, e.s_a, e.s_b, Vec3::Zero(), e.length, e.crossing}));
+      proximities.push_back(
+          facing(field_, state, {e.fiber_a, e.fiber_b, e.s_a, e.s_b, Vec3::Zero(), e.length, e.crossing}));
   }
   elements_.resize(proximities.size());
   if (law_.friction) stick_slip_.resize(proximities.size());
@@ -253,8 +253,8 @@ void Contact::commit(const State& state) {
   note_loaded_particles();
 }
 
-/// Zone by zone: up to eight consecutive samples of a pair. Zones without any contact keep their penalty, so that a fiber does not meet
-/// one that its neighbours have worn down. Returns the work that it does.
+/// Zone by zone: up to eight consecutive samples of a pair. Zones without any contact keep their penalty, so that a
+/// fiber does not meet one that its neighbours have worn down. Returns the work that it does.
 double Contact::adapt_penalties(const State& state) {
   constexpr std::size_t zone_samples = 8;
   double work = 0;

@@ -20,7 +20,7 @@ struct ContactLaw {
   bool adapt_penalty = true;
   bool friction = true;
   double friction_coefficient = 0.2;
-  double reversible_slip = 0.05;     ///< in radii
+  double reversible_slip = 0.05;  ///< in radii
 };
 
 /// Penalty contact with Coulomb friction between fibers that run side by side or cross.
@@ -47,23 +47,23 @@ class Contact final : public Effect {
   [[nodiscard]] double regularisation(const ContactElement& element) const;
   /// Largest penetration over the mean radius of the pair.
   [[nodiscard]] double max_penetration_over_radius(const State& state) const;
-  /// Energy of the penalties and of the reversible part of friction, ½|f|²/k. (`energy` is the incremental potential, which
-  /// also holds the work of slip in the step.)
+  /// Energy of the penalties and of the reversible part of friction, ½|f|²/k. (`energy` is the incremental potential,
+  /// which also holds the work of slip in the step.)
   [[nodiscard]] double stored_energy(const State& state) const;
   [[nodiscard]] double dissipated() const { return dissipated_; }
-  /// Work that came in where penalties were raised under pressure, less what went out where they were lowered, and that of fading
-  /// allowances.
+  /// Work that came in where penalties were raised under pressure, less what went out where they were lowered, and that
+  /// of fading allowances.
   [[nodiscard]] double adaptation_work() const { return adaptation_work_; }
-  /// Energy of reversible slips that came, or with a negative sign went, because normal forces changed under them: the stiffness of the
-  /// reversible slip is µ N / u_rev.
+  /// Energy of reversible slips that came, or with a negative sign went, because normal forces changed under them: the
+  /// stiffness of the reversible slip is µ N / u_rev.
   [[nodiscard]] double limit_work() const { return limit_work_; }
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
   /// Friction::force of the pairs in `history` that have one; empty without friction.
   [[nodiscard]] const std::vector<Vec3>& tractions() const { return tractions_; }
   void set_history(std::vector<ContactHistory> history, std::vector<Vec3> tractions = {});
-  /// Forgives the penetrations of `start`: the gap of each pair is measured from there, and the allowance fades linearly until
-  /// stage time 0.75. For yarns that were just parted with vertical normals: where they are inclined, R_a + R_b of height is
-  /// less of distance, and pushing all that out at once throws fibers out of their yarns.
+  /// Forgives the penetrations of `start`: the gap of each pair is measured from there, and the allowance fades
+  /// linearly until stage time 0.75. For yarns that were just parted with vertical normals: where they are inclined,
+  /// R_a + R_b of height is less of distance, and pushing all that out at once throws fibers out of their yarns.
   void forgive(const State& start);
 
  private:
@@ -86,9 +86,10 @@ class Contact final : public Effect {
   const FiberField& field_;
   ContactLaw law_;
   std::vector<double> modulus_;
-  State start_;                          // of the step; kept for friction
+  State start_;        // of the step; kept for friction
   double fading_ = 0;  // part of the allowances that is still granted
-  double fading_n_ = 0, allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
+  double fading_n_ = 0,
+         allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
   std::vector<ContactElement> elements_;
   std::vector<StickSlip> stick_slip_;
   std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_

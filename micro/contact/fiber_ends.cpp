@@ -28,8 +28,8 @@ Eigen::AlignedBox3d box_of(const FiberField& field, const State& state, Index fi
   return {box.min() - margin, box.max() + margin};
 }
 
-/// Arc length of the point of a fiber that is nearest to x: of its samples, then by Newton's method for a straight line between
-/// the samples beside it.
+/// Arc length of the point of a fiber that is nearest to x: of its samples, then by Newton's method for a straight line
+/// between the samples beside it.
 double nearest_arc_length(const FiberField& field, const State& state, Index fiber, const Vec3& x) {
   const double spacing = sample_spacing(field, fiber), length = field.mesh().length(fiber);
   double s = 0, least = std::numeric_limits<double>::infinity();

@@ -1,6 +1,7 @@
 #pragma once
 /// \file
-/// Ends of fibers that went into other fibers. Contact knows flanks only: nothing stops an end, so that it must be looked for.
+/// Ends of fibers that went into other fibers. Contact knows flanks only: nothing stops an end, so that it must be
+/// looked for.
 
 #include <functional>
 
@@ -16,7 +17,8 @@ struct BuriedEnd {
   double s = 0;
 };
 
-/// All ends that are buried, by fiber and end, each named once. `together` (fiber, end, other): pairs that are not looked at.
+/// All ends that are buried, by fiber and end, each named once. `together` (fiber, end, other): pairs that are not
+/// looked at.
 [[nodiscard]] std::vector<BuriedEnd> find_buried_ends(const FiberField& field, const State& state,
                                                       const std::function<bool(Index, FiberEnd, Index)>& together);
 

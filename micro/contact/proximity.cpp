@@ -97,8 +97,9 @@ auto order(const Candidate& c) { return std::make_tuple(c.fiber_a, c.fiber_b, c.
 void gather_candidates(const FiberField& field, const ProximitySearch& search, const std::vector<Sample>& samples,
                        double cell_size, std::vector<Candidate>& sampled, std::vector<Candidate>& crossings) {
   // Half of the 27 neighbours, so that each pair of cells is visited once.
-  static constexpr int half[13][3] = {{1, 0, 0},  {-1, 1, 0}, {0, 1, 0},  {1, 1, 0},  {-1, -1, 1}, {0, -1, 1}, {1, -1, 1},
-                                      {-1, 0, 1}, {0, 0, 1},  {1, 0, 1},  {-1, 1, 1}, {0, 1, 1},   {1, 1, 1}};
+  static constexpr int half[13][3] = {{1, 0, 0},  {-1, 1, 0}, {0, 1, 0},  {1, 1, 0}, {-1, -1, 1},
+                                      {0, -1, 1}, {1, -1, 1}, {-1, 0, 1}, {0, 0, 1}, {1, 0, 1},
+                                      {-1, 1, 1}, {0, 1, 1},  {1, 1, 1}};
   const auto in_cell = [&](std::uint64_t key) {
     return std::lower_bound(samples.begin(), samples.end(), key,
                             [](const Sample& s, std::uint64_t k) { return s.cell < k; });
@@ -152,10 +153,9 @@ void solve_crossings(const FiberField& field, const State& state, const Proximit
     const double same = 2 * contact + pair_spacing(field, search, begin->fiber_a, begin->fiber_b);
     const std::size_t first = found.size();
     // Where the fibers already meet in samples, beside a stretch at a smaller angle, there is no crossing to add.
-    const auto of_pair = std::equal_range(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n_sampled),
-                                          *begin, [](const auto& p, const auto& q) {
-                                            return std::tie(p.fiber_a, p.fiber_b) < std::tie(q.fiber_a, q.fiber_b);
-                                          });
+    const auto of_pair = std::equal_range(
+        found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n_sampled), *begin,
+        [](const auto& p, const auto& q) { return std::tie(p.fiber_a, p.fiber_b) < std::tie(q.fiber_a, q.fiber_b); });
     const std::vector<Proximity> sampled(of_pair.first, of_pair.second);
     const auto known = [&](double s_a, double s_b) {
       const auto near = [&](const Proximity& p) {
@@ -179,7 +179,8 @@ void solve_crossings(const FiberField& field, const State& state, const Proximit
   }
 }
 
-/// Whether s lies on a fiber. Round-off at an end does not decide: what is off by less than 1e-6 of the length is put on it.
+/// Whether s lies on a fiber. Round-off at an end does not decide: what is off by less than 1e-6 of the length is put
+/// on it.
 bool settle_on_fiber(double& s, double length) {
   const double inside = std::clamp(s, 0.0, length);
   const bool on_fiber = std::abs(s - inside) <= 1e-6 * length;
@@ -203,8 +204,7 @@ bool intermediate_chord(const FiberField& field, const State& state, Proximity& 
     const Vec3 tangent = a.tangent + sense * b.tangent;
     pair.chord = b.r - a.r;
     du = pair.chord.dot(tangent) / tangent.squaredNorm();
-    if (std::abs(du) < tolerance)
-      return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
+    if (std::abs(du) < tolerance) return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
     u += du;
   }
   return false;
@@ -221,8 +221,7 @@ bool closest_approach(const FiberField& field, const State& state, Proximity& pa
     m << a.tangent.squaredNorm(), -a.tangent.dot(b.tangent), -a.tangent.dot(b.tangent), b.tangent.squaredNorm();
     const Vec2 step = m.inverse() * Vec2(pair.chord.dot(a.tangent), -pair.chord.dot(b.tangent));
     if (!step.allFinite()) return false;
-    if (step.norm() < tolerance)
-      return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
+    if (step.norm() < tolerance) return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
     pair.s_a += step[0];
     pair.s_b += step[1];
   }
@@ -258,7 +257,8 @@ std::vector<Proximity> find_proximities(const FiberField& field, const State& st
     return a.fiber_a == b.fiber_a && a.fiber_b == b.fiber_b && a.sense == b.sense && a.k == b.k;
   };
   std::sort(sampled.begin(), sampled.end(), by_order);
-  // The nearest candidate stands for a sample. Of two places where fibers meet at the same mean arc length only that one is kept.
+  // The nearest candidate stands for a sample. Of two places where fibers meet at the same mean arc length only that
+  // one is kept.
   sampled.erase(std::unique(sampled.begin(), sampled.end(), same_sample), sampled.end());
   for (Candidate& c : crossings) c.sense = 0;
   std::sort(crossings.begin(), crossings.end(), by_order);

@@ -2,10 +2,10 @@
 /// \file
 /// Where fibers come close: proximity zones and their intermediate geometry, found with a grid in O(n log n).
 ///
-/// Two stretches that run side by side have as intermediate geometry the midpoints of the chords that are normal to the mean
-/// tangent, parametrised by the mean arc length τ = ½(s_a + σ s_b), σ = ±1 their sense. It is sampled at multiples of a spacing, so
-/// that a sample keeps its identity while the fibers move. Stretches that cross at more than 30° meet in one point of
-/// closest approach. Swapping a and b changes nothing.
+/// Two stretches that run side by side have as intermediate geometry the midpoints of the chords that are normal to the
+/// mean tangent, parametrised by the mean arc length τ = ½(s_a + σ s_b), σ = ±1 their sense. It is sampled at multiples
+/// of a spacing, so that a sample keeps its identity while the fibers move. Stretches that cross at more than 30° meet
+/// in one point of closest approach. Swapping a and b changes nothing.
 
 #include <functional>
 
@@ -23,13 +23,14 @@ struct Proximity {
 };
 
 struct ProximitySearch {
-  double spacing = 0.5;         ///< of samples, in element lengths
-  double search_margin = 0.5;   ///< pairs up to this surface distance are returned, in radii (the mean of both)
+  double spacing = 0.5;        ///< of samples, in element lengths
+  double search_margin = 0.5;  ///< pairs up to this surface distance are returned, in radii (the mean of both)
   bool self_contact = false;
   std::function<bool(Index, Index)> wanted;  ///< pairs of fibers to look at; empty: all
 };
 
-/// The same particles with the chord that they have at another state, less what of it is not normal to the fibers there.
+/// The same particles with the chord that they have at another state, less what of it is not normal to the fibers
+/// there.
 [[nodiscard]] Proximity facing(const FiberField& field, const State& state, Proximity pair);
 
 /// All proximities, sorted by fibers and arc length. Result and order depend on the state alone.

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -18,8 +17,9 @@ using Mat3 = Eigen::Matrix3d;
 /// Index of a fiber, yarn, node, body …; containers stay below 2^31 entries.
 using Index = std::int32_t;
 
-/// Precision of a matrix factor. Single halves its memory and more than halves its time; conjugate gradients in double precision
-/// make up for it within a few iterations unless the matrix is very badly conditioned (long slender fibers without contact).
+/// Precision of a matrix factor. Single halves its memory and more than halves its time; conjugate gradients in double
+/// precision make up for it within a few iterations unless the matrix is very badly conditioned (long slender fibers
+/// without contact).
 enum class FactorPrecision : std::uint8_t { single_precision, double_precision };
 
 }  // namespace trame

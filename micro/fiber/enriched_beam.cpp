@@ -50,7 +50,7 @@ std::array<double, 3> shape_derivative_by_arc(double t, double h) {
 Eigen::Matrix<double, 6, 6> material_stiffness(const Material& m) {
   const double el = m.young_modulus_axial, et = m.young_modulus_transverse, nu = m.poisson_ratio_axial;
   Mat3 compliance;
-  compliance << 1 / el, -nu / el, -nu / el,  //
+  compliance << 1 / el, -nu / el, -nu / el,                //
       -nu / el, 1 / et, -m.poisson_ratio_transverse / et,  //
       -nu / el, -m.poisson_ratio_transverse / et, 1 / et;
   Eigen::Matrix<double, 6, 6> c = Eigen::Matrix<double, 6, 6>::Zero();
@@ -78,7 +78,8 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
     s.stiffness.setZero();
     for (auto& a : s.measure) a.setZero();
     s.stiffness.topLeftCorner<6, 6>() = area * material_stiffness(materials[f]);
-    // Zero transverse stress for what is linear in ξ: the constant section strain could not follow it (Poisson locking).
+    // Zero transverse stress for what is linear in ξ: the constant section strain could not follow it (Poisson
+    // locking).
     for (const int k_bending : {6, 7}) s.stiffness(k_bending, k_bending) = materials[f].young_modulus_axial * inertia;
     for (int k_shear = 8; k_shear < 12; ++k_shear)
       s.stiffness(k_shear, k_shear) = materials[f].shear_modulus_axial * inertia;
@@ -93,8 +94,9 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
     add_product(s.measure[10], 3, 1);                             // g₁'·g₁
     add_product(s.measure[11], 4, 2);                             // g₂'·g₂
     if (twist_stretch) {
-      // ½ ξα ξβ gα'·gβ' of E_ss: its mean over the section joins E_ss; with ρ the distance from the centre its deviation is
-      // (ρ² − R²/2)/4 m₁ + ρ²/4 (m₂ cos 2φ + m₃ sin 2φ), m₁ = |g₁'|² + |g₂'|², m₂ = |g₁'|² − |g₂'|², m₃ = 2 g₁'·g₂'.
+      // ½ ξα ξβ gα'·gβ' of E_ss: its mean over the section joins E_ss; with ρ the distance from the centre its
+      // deviation is (ρ² − R²/2)/4 m₁ + ρ²/4 (m₂ cos 2φ + m₃ sin 2φ), m₁ = |g₁'|² + |g₂'|², m₂ = |g₁'|² − |g₂'|², m₃ =
+      // 2 g₁'·g₂'.
       add_product(s.measure[0], 3, 3, radius * radius / 4);
       add_product(s.measure[0], 4, 4, radius * radius / 4);
       add_product(s.measure[12], 3, 3, 2);
@@ -117,9 +119,9 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
     for (Index e = 0; e < mesh.n_elements(f); ++e)
       for (const double t : gauss_points) {
         const Vec3* q = state.q.data() + field.layout().first_vector(field.element_node(f, e));
-        const Measures e = measures(
-            interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, field.element_length(f))),
-            sections_[section_of_fiber_[f]]);
+        const Measures e =
+            measures(interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, field.element_length(f))),
+                     sections_[section_of_fiber_[f]]);
         reference_.insert(reference_.end(), e.data(), e.data() + n_measures_);
       }
   }
@@ -199,8 +201,8 @@ void EnrichedBeams::add(const State& state, Assembler& assembler) const {
       for (int g = 0; g < 2; ++g) {
         const auto n = quadratic_shape(gauss_points[g]);
         const auto dn = shape_derivative_by_arc(gauss_points[g], h);
-        add_gauss_point(interpolate<Z>(q, n, dn), sections_[section_of_fiber_[f]],
-                        reference(f, e, g), first, n, dn, h / 2, assembler);
+        add_gauss_point(interpolate<Z>(q, n, dn), sections_[section_of_fiber_[f]], reference(f, e, g), first, n, dn,
+                        h / 2, assembler);
       }
     }
   }

@@ -33,7 +33,7 @@ class EnrichedBeams final : public Effect {
   using MeasureMatrix = Eigen::Matrix<double, 5, 5>;
   using Stiffness = Eigen::Matrix<double, n_measures_twist_stretch, n_measures_twist_stretch>;
   struct Section {
-    Stiffness stiffness;                        // D
+    Stiffness stiffness;                                          // D
     std::array<MeasureMatrix, n_measures_twist_stretch> measure;  // A_k
   };
   [[nodiscard]] Measures measures(const Z& z, const Section& section) const;
@@ -44,10 +44,10 @@ class EnrichedBeams final : public Effect {
 
   const FiberField& field_;
   int n_measures_;
-  std::vector<Section> sections_;       // distinct ones
+  std::vector<Section> sections_;  // distinct ones
   std::vector<Index> section_of_fiber_;
-  std::vector<Index> first_element_;    // per fiber
-  std::vector<double> reference_;       // those in use, at two Gauss points per element
+  std::vector<Index> first_element_;  // per fiber
+  std::vector<double> reference_;     // those in use, at two Gauss points per element
 };
 
 /// 6 × 6 stiffness of a transversely isotropic material for (E_ss, E_11, E_22, 2E_12, 2E_s1, 2E_s2), axis s, in Pa.

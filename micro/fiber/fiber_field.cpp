@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <utility>
-
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <utility>
 
 namespace trame::micro {
 
@@ -51,8 +50,7 @@ CurvePointAndTangent FiberField::curve(const State& state, Index fiber, double s
     return {n[0] * q[0] + n[1] * q[3] + n[2] * q[6], (2 / h) * (d[0] * q[0] + d[1] * q[3] + d[2] * q[6])};
   }
   const auto n = hermite_shape(t, h), d = hermite_shape_derivative(t, h);
-  return {n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3],
-          d[0] * q[0] + d[1] * q[1] + d[2] * q[2] + d[3] * q[3]};
+  return {n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3], d[0] * q[0] + d[1] * q[1] + d[2] * q[2] + d[3] * q[3]};
 }
 
 std::array<Vec3, 2> FiberField::section(const State& state, Index fiber, double s) const {
@@ -64,8 +62,8 @@ std::array<Vec3, 2> FiberField::section(const State& state, Index fiber, double 
 }
 
 std::string FiberField::describe(Index fiber, double s) const {
-  return fmt::format("fiber {} of yarn {} at {:.0f} % of its length", fiber, mesh_->yarns[mesh_->yarn_of_fiber[fiber]].name,
-                     100 * s / mesh_->length(fiber));
+  return fmt::format("fiber {} of yarn {} at {:.0f} % of its length", fiber,
+                     mesh_->yarns[mesh_->yarn_of_fiber[fiber]].name, 100 * s / mesh_->length(fiber));
 }
 
 FiberPoint FiberField::particle(Index fiber, double s, const Vec2& xi) const {
@@ -104,8 +102,9 @@ void FiberField::read_configuration(const FiberConfiguration& configuration, Sta
 
 namespace {
 
-/// Turns section vectors by the smallest rotation that takes direction `from` to direction `to`. What the ends of a rod are tied to
-/// keeps its tangent there, and so its sections: carried along the fiber instead, they would come out turned at the other end.
+/// Turns section vectors by the smallest rotation that takes direction `from` to direction `to`. What the ends of a rod
+/// are tied to keeps its tangent there, and so its sections: carried along the fiber instead, they would come out
+/// turned at the other end.
 void carry_section(const Vec3& from, const Vec3& to, Vec3& g1, Vec3& g2) {
   const Vec3 t = to.normalized();
   const Vec3 g = Eigen::Quaterniond::FromTwoVectors(from, to) * g1;

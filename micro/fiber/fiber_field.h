@@ -81,7 +81,8 @@ class FiberField {
 [[nodiscard]] std::array<double, 3> quadratic_shape(double t);
 [[nodiscard]] std::array<double, 3> quadratic_shape_derivative(double t);
 
-/// Cubic Hermite functions of an element of length h for (r₁, r₁', r₂, r₂'), ' by arc length, and their derivatives by arc length.
+/// Cubic Hermite functions of an element of length h for (r₁, r₁', r₂, r₂'), ' by arc length, and their derivatives by
+/// arc length.
 [[nodiscard]] std::array<double, 4> hermite_shape(double t, double h);
 [[nodiscard]] std::array<double, 4> hermite_shape_derivative(double t, double h);
 [[nodiscard]] std::array<double, 4> hermite_shape_second_derivative(double t, double h);

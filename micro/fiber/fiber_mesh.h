@@ -14,7 +14,7 @@ enum class YarnFamily : std::uint8_t { warp, weft, free };
 
 /// A yarn: consecutive fibers `first_fiber … first_fiber + n_fibers − 1`.
 struct Yarn {
-  std::string name;           ///< "warp/1", "weft/3", or the name of the bundle or fiber in the scene
+  std::string name;  ///< "warp/1", "weft/3", or the name of the bundle or fiber in the scene
   YarnFamily family = YarnFamily::free;
   Index first_fiber = 0;
   Index n_fibers = 0;

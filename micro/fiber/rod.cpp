@@ -16,7 +16,9 @@ constexpr std::array<QuadraturePoint, 3> lobatto = {{{-1, 1.0 / 6}, {0, 4.0 / 6}
 constexpr double gauss = 0.57735026918962576451;  // 1/√3
 constexpr std::array<QuadraturePoint, 2> gauss_points = {{{-gauss, 0.5}, {gauss, 0.5}}};
 
-Vec3 combine(const std::array<double, 4>& c, const Vec3* q) { return c[0] * q[0] + c[1] * q[1] + c[2] * q[2] + c[3] * q[3]; }
+Vec3 combine(const std::array<double, 4>& c, const Vec3* q) {
+  return c[0] * q[0] + c[1] * q[1] + c[2] * q[2] + c[3] * q[3];
+}
 
 }  // namespace
 

@@ -1,9 +1,9 @@
 #pragma once
 /// \file
 /// Rods: stretch and bending only, cubic Hermite elements with 6 dofs a node (r, dr/ds), straight at rest.
-/// Energy ∫ ½ EA E_ss² + ½ EI r''·r'' ds. Under small strain r''·r'' is κ² plus the square of the strain gradient, which is
-/// (R/ℓ)² smaller than the stretching energy over lengths ℓ; in exchange the bending tangent is constant and positive.
-/// E_ss is taken at the three Lobatto points of an element, which leaves bending free of membrane locking
+/// Energy ∫ ½ EA E_ss² + ½ EI r''·r'' ds. Under small strain r''·r'' is κ² plus the square of the strain gradient,
+/// which is (R/ℓ)² smaller than the stretching energy over lengths ℓ; in exchange the bending tangent is constant and
+/// positive. E_ss is taken at the three Lobatto points of an element, which leaves bending free of membrane locking
 /// (the constraint count of Meier, Popp & Wall 2015).
 
 #include "micro/fiber/fiber_field.h"

@@ -157,8 +157,8 @@ inline Dims extent(hid_t dataset) {
   return dims;
 }
 
-/// Whether a file is large enough to hold `n` entries of a dataset. Deflate shrinks nothing to less than a thousandth, so
-/// more can only be claimed, and is not to be allocated.
+/// Whether a file is large enough to hold `n` entries of a dataset. Deflate shrinks nothing to less than a thousandth,
+/// so more can only be claimed, and is not to be allocated.
 inline bool can_be_stored(hid_t dataset, double n) {
   const Handle file(H5Iget_file_id(dataset)), type(H5Dget_type(dataset));
   hsize_t size = 0;

@@ -31,31 +31,31 @@ struct FiberType {
   FiberModel model = FiberModel::enriched;
 };
 
-/// A single fiber along points (cubic spline through them, a parabola for three, straight for two), free of stress in that shape as
-/// an enriched beam; rods are straight at rest.
+/// A single fiber along points (cubic spline through them, a parabola for three, straight for two), free of stress in
+/// that shape as an enriched beam; rods are straight at rest.
 struct FiberSpec {
   std::string name;
-  Index type = 0;                     ///< index into Scene::fiber_types
-  std::vector<Vec3> points;           ///< at least two, m
+  Index type = 0;            ///< index into Scene::fiber_types
+  std::vector<Vec3> points;  ///< at least two, m
   Index n_elements = 0;
-  std::optional<Vec3> section_axis;   ///< direction of g₁ at the start (made normal to the fiber); default: z
+  std::optional<Vec3> section_axis;  ///< direction of g₁ at the start (made normal to the fiber); default: z
 };
 
 /// A bundle: fibers packed on a hexagonal lattice around a line through points, turned `twist` times over its length.
 struct BundleSpec {
   std::string name;
   Index type = 0;
-  std::vector<Vec3> points;    ///< at least two, m
-  Index n_elements = 0;        ///< per fiber
+  std::vector<Vec3> points;  ///< at least two, m
+  Index n_elements = 0;      ///< per fiber
   Index n_fibers = 0;
-  Index n_layers = 0;          ///< fibers stacked in z of the section; 0: as round as it gets
+  Index n_layers = 0;             ///< fibers stacked in z of the section; 0: as round as it gets
   double lattice_spacing = 1.05;  ///< centre distance in fiber diameters, ≥ 1
-  double twist = 0;            ///< turns over the whole length; geometry is free of stress
+  double twist = 0;               ///< turns over the whole length; geometry is free of stress
 };
 
 /// The warp or the weft yarns of a weave.
 struct YarnSystem {
-  Index type = 0;                 ///< index into Scene::fiber_types
+  Index type = 0;  ///< index into Scene::fiber_types
   Index n_yarns = 0;
   Index n_fibers = 0;             ///< per yarn
   Index n_layers = 0;             ///< fibers of a yarn stacked through its height; 0: as round as it gets
@@ -72,8 +72,8 @@ struct Weave {
   YarnSystem warp, weft;
 };
 
-/// How fiber ends follow a body: position and section of each; or, so that fibers may rearrange, section and position along its own
-/// reference tangent of each and across it only the mean position of all.
+/// How fiber ends follow a body: position and section of each; or, so that fibers may rearrange, section and position
+/// along its own reference tangent of each and across it only the mean position of all.
 enum class TieKind : std::uint8_t { clamped, average };
 enum class FiberEnd : std::uint8_t { start, end };
 
@@ -112,14 +112,14 @@ struct Drive {
 /// A stretch of the load path. Body dofs that no drive names are held where they are.
 struct Stage {
   std::string name;
-  Index n_increments = 10;                 ///< wanted; steps are cut where they fail
+  Index n_increments = 10;  ///< wanted; steps are cut where they fail
   std::vector<Drive> drives;
-  bool separate_yarns = false;             ///< crossing order imposed with vertical normals (weaves only)
+  bool separate_yarns = false;  ///< crossing order imposed with vertical normals (weaves only)
   bool friction = true;
-  double proximal_start = 0;               ///< η at the start, in units of E A / L of a fiber, per node
-  double proximal_end = 0;                 ///< η at the end; falls geometrically; a zero end is zero on the last increment
-  std::optional<FiberModel> fiber_model;   ///< model of every fiber in this stage, instead of its type's
-  Index save_every = 1;                    ///< increments between saved states; the last one is always saved
+  double proximal_start = 0;  ///< η at the start, in units of E A / L of a fiber, per node
+  double proximal_end = 0;    ///< η at the end; falls geometrically; a zero end is zero on the last increment
+  std::optional<FiberModel> fiber_model;  ///< model of every fiber in this stage, instead of its type's
+  Index save_every = 1;                   ///< increments between saved states; the last one is always saved
 };
 
 enum class ContactScope : std::uint8_t { all, between_yarns, none };
@@ -128,30 +128,30 @@ struct ContactSettings {
   ContactScope scope = ContactScope::all;
   bool self_contact = false;
   bool friction = true;
-  double friction_coefficient = 0.2;     ///< µ
-  double reversible_slip = 0.05;         ///< u_rev / R, elastic slip before sliding
-  double spacing = 0.5;                  ///< distance of contact elements along fibers, in element lengths
-  double search_margin = 0.5;            ///< gap up to which contact elements are made, in R
-  double target_penetration = 0.03;      ///< in R
-  bool adapt_penalty = true;             ///< zone by zone, toward the target penetration
-  double regularisation = 0.1;           ///< penetration at which the quadratic penalty goes over to a linear one, in R
-  double penalty = 0.02;                 ///< starting stiffness per length, in units of the softer fiber's transverse modulus
+  double friction_coefficient = 0.2;  ///< µ
+  double reversible_slip = 0.05;      ///< u_rev / R, elastic slip before sliding
+  double spacing = 0.5;               ///< distance of contact elements along fibers, in element lengths
+  double search_margin = 0.5;         ///< gap up to which contact elements are made, in R
+  double target_penetration = 0.03;   ///< in R
+  bool adapt_penalty = true;          ///< zone by zone, toward the target penetration
+  double regularisation = 0.1;        ///< penetration at which the quadratic penalty goes over to a linear one, in R
+  double penalty = 0.02;  ///< starting stiffness per length, in units of the softer fiber's transverse modulus
 };
 
 struct SolverSettings {
-  double force_tolerance = 1e-4;         ///< residual norm over the norm of the force magnitudes that cancel in it
+  double force_tolerance = 1e-4;  ///< residual norm over the norm of the force magnitudes that cancel in it
   Index max_newton_iterations = 40;
-  Index max_geometry_updates = 6;        ///< contact detections within an increment
-  double geometry_tolerance = 1e-2;      ///< residual, likewise, once the contact geometry is that of the final state
-  double step_cap = 0.5;                 ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
+  Index max_geometry_updates = 6;    ///< contact detections within an increment
+  double geometry_tolerance = 1e-2;  ///< residual, likewise, once the contact geometry is that of the final state
+  double step_cap = 0.5;  ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
   FactorPrecision factor_precision = FactorPrecision::double_precision;
-  double min_increment = 1e-4;           ///< smallest fraction of a stage before the solver gives up
+  double min_increment = 1e-4;  ///< smallest fraction of a stage before the solver gives up
 };
 
 struct Scene {
-  std::string name;                      ///< file name without ending
+  std::string name;  ///< file name without ending
   std::string title;
-  std::string text;                      ///< the TOML as read, stored with the results
+  std::string text;  ///< the TOML as read, stored with the results
   std::vector<Material> materials;
   std::vector<FiberType> fiber_types;
   std::vector<FiberSpec> fibers;
@@ -159,7 +159,7 @@ struct Scene {
   std::optional<Weave> weave;
   std::vector<BodySpec> bodies;
   std::vector<Stage> stages;
-  bool twist_stretch = false;            ///< E_ss terms quadratic in ξ
+  bool twist_stretch = false;               ///< E_ss terms quadratic in ξ
   std::vector<std::string> stated_effects;  ///< keys that [effects] has; the others hold for want of a word
   ContactSettings contact;
   SolverSettings solver;

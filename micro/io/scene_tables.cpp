@@ -194,8 +194,7 @@ std::vector<Key<ContactSettings>> contact_keys() {
       key<T>("reversible_slip", &T::reversible_slip, number(above(0)), "before sliding, in radii; needs friction"),
       key<T>("spacing", &T::spacing, number(above(0)), "of contact elements along fibers, in element lengths"),
       key<T>("search_margin", &T::search_margin, number(above(0)), "gap up to which contact is looked for, in radii"),
-      key<T>("target_penetration", &T::target_penetration, number(inside(0, 1)),
-             "in radii; needs adapt_penalty"),
+      key<T>("target_penetration", &T::target_penetration, number(inside(0, 1)), "in radii; needs adapt_penalty"),
       key<T>("regularisation", &T::regularisation, number(inside(0, 1)),
              "penetration at which the quadratic penalty turns linear, in radii"),
       key<T>("penalty", &T::penalty, number(above(0)),
@@ -207,13 +206,15 @@ std::vector<Key<SolverSettings>> solver_keys() {
   const auto precision = choice<FactorPrecision>(
       {{"single", FactorPrecision::single_precision}, {"double", FactorPrecision::double_precision}});
   return {
-      key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)), "residual over the forces that balance in it"),
+      key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)),
+             "residual over the forces that balance in it"),
       key<T>("max_newton_iterations", &T::max_newton_iterations, integer(at_least(1)), "between contact detections"),
       key<T>("max_geometry_updates", &T::max_geometry_updates, integer(at_least(1)),
              "contact detections in an increment; needs contact"),
       key<T>("geometry_tolerance", &T::geometry_tolerance, number(inside(0, 1)),
              "residual, likewise, with the contact geometry of the final state; needs contact"),
-      key<T>("step_cap", &T::step_cap, number(above(0)), "largest motion in an iteration, in radii of the thinnest fiber"),
+      key<T>("step_cap", &T::step_cap, number(above(0)),
+             "largest motion in an iteration, in radii of the thinnest fiber"),
       key<T>("min_increment", &T::min_increment, number(above_up_to(0, 1)),
              "smallest part of a stage before the solver gives up"),
       key<T>("factor_precision", &T::factor_precision, precision,

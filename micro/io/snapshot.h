@@ -33,8 +33,8 @@ struct BodyRecord {
   std::vector<Vec3> moment;  ///< N m
 };
 
-/// Energies since the start of the run, J. The external work is that of the bodies, of the crossing order that parts the yarns, and of
-/// penalties that are adapted under pressure.
+/// Energies since the start of the run, J. The external work is that of the bodies, of the crossing order that parts
+/// the yarns, and of penalties that are adapted under pressure.
 struct EnergyRecord {
   double external_work = 0, stored = 0, friction = 0, damping = 0, imbalance = 0;
 };
@@ -45,11 +45,11 @@ struct SolverRecord {
   double residual = 0;  ///< relative, at acceptance
   double max_penetration_over_radius = 0;
   double force_imbalance = 0, moment_imbalance = 0;  ///< relative
-  double proximal = 0;                               ///< η in natural units (largest axial modulus × mean radius of the types), 0: no damping
+  double proximal = 0;  ///< η in natural units (largest axial modulus × mean radius of the types), 0: no damping
   EnergyRecord energy;
   double seconds = 0;
-  /// 1: the equilibrium is known to be unstable, a disturbance would leave it; 0: not known to be. Looked at where the solver met
-  /// an indefinite tangent in its last iterations, and at the end of each stage.
+  /// 1: the equilibrium is known to be unstable, a disturbance would leave it; 0: not known to be. Looked at where the
+  /// solver met an indefinite tangent in its last iterations, and at the end of each stage.
   Index unstable = 0;
 };
 

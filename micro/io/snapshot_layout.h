@@ -46,7 +46,8 @@ void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.ragged("contacts/length", "m", contacts.length, false);
 }
 
-/// `visit.scalar(path, unit, field)`: one value per increment; `visit.later_scalar`: the same, which older files do not have.
+/// `visit.scalar(path, unit, field)`: one value per increment; `visit.later_scalar`: the same, which older files do not
+/// have.
 template <class Solver, class Visitor>
 void visit_solver(Solver& solver, Visitor& visit) {
   visit.scalar("solver/n_newton_iterations", "1", solver.n_newton_iterations);

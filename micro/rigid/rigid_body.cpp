@@ -38,7 +38,8 @@ RigidBodies::RigidBodies(Index n_bodies, Layout& layout) : n_bodies_(n_bodies) {
 }
 
 Ties::Ties(const Layout& layout, const RigidBodies& bodies, std::vector<TieTerm> terms)
-    : layout_(layout), bodies_(bodies), terms_(std::move(terms)), frozen_rotation_(bodies.n_bodies(), Mat3::Identity()) {}
+    : layout_(layout), bodies_(bodies), terms_(std::move(terms)),
+      frozen_rotation_(bodies.n_bodies(), Mat3::Identity()) {}
 
 void Ties::begin_step(const State& start, double) {
   for (Index b = 0; b < bodies_.n_bodies(); ++b) frozen_rotation_[b] = bodies_.pose(start, b).rotation;
@@ -117,7 +118,8 @@ std::pair<Vec3, Vec3> Ties::pull(const State& state, Index body) const {
 
 Follow::Deviation Follow::deviation(const State& state, const FollowTerm& term) const {
   const Pose leader = bodies_.pose(state, term.leader);
-  const Vec3 arm = leader.rotation * term.leader_start.rotation.transpose() * (term.follower_start - term.leader_start.position);
+  const Vec3 arm =
+      leader.rotation * term.leader_start.rotation.transpose() * (term.follower_start - term.leader_start.position);
   return {bodies_.pose(state, term.follower).position[term.axis] - (leader.position + arm)[term.axis], arm};
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 /// \file
 /// Rigid bodies: their unknowns, the ties of fiber ends to them, bodies that follow other bodies, and loads on them.
-/// A body has one node of two vectors: position c and rotation R. Reference coordinates X are kept in the body's own frame.
+/// A body has one node of two vectors: position c and rotation R. Reference coordinates X are kept in the body's own
+/// frame.
 
 #include <string>
 
@@ -35,17 +36,19 @@ class RigidBodies {
   Index n_bodies_;
 };
 
-/// Unknown vectors whose mean v̄ is held by a body: ½ k n |P (v̄ − c − R X)|² for points, ½ k n |v̄ − R X|² for directions.
+/// Unknown vectors whose mean v̄ is held by a body: ½ k n |P (v̄ − c − R X)|² for points, ½ k n |v̄ − R X|² for
+/// directions.
 struct TieTerm {
   Index body = 0;
   std::vector<std::pair<Index, int>> members;  ///< node and vector
   bool is_point = true;
-  Vec3 reference = Vec3::Zero();               ///< X in the body's frame
-  Mat3 projector = Mat3::Identity();           ///< P in the body's frame; turned with the body once a step
-  double stiffness = 0;                        ///< k of each member
+  Vec3 reference = Vec3::Zero();      ///< X in the body's frame
+  Mat3 projector = Mat3::Identity();  ///< P in the body's frame; turned with the body once a step
+  double stiffness = 0;               ///< k of each member
 };
 
-/// Fiber ends that follow bodies. The penalty is stiff against the fiber (10³ EA/h), so that its compliance does not show.
+/// Fiber ends that follow bodies. The penalty is stiff against the fiber (10³ EA/h), so that its compliance does not
+/// show.
 class Ties final : public Effect {
  public:
   Ties(const Layout& layout, const RigidBodies& bodies, std::vector<TieTerm> terms);
@@ -73,7 +76,7 @@ class Ties final : public Effect {
 /// A translation dof of a body that moves with the rigid motion of a leader since a start pose.
 struct FollowTerm {
   Index follower = 0, leader = 0;
-  int axis = 0;         ///< 0, 1, 2
+  int axis = 0;  ///< 0, 1, 2
   Pose leader_start;
   Vec3 follower_start = Vec3::Zero();
   double stiffness = 0;

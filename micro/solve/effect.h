@@ -18,7 +18,8 @@ class Effect {
 
   /// A step from `start` to stage time t ∈ (0, 1] begins: take the load and the start values.
   virtual void begin_step(const State& /*start*/, double /*stage_time*/) {}
-  /// What an update refreezes: everything (which particles face each other, normals, lagged forces), or all but the choice of particles.
+  /// What an update refreezes: everything (which particles face each other, normals, lagged forces), or all but the
+  /// choice of particles.
   enum class Update : std::uint8_t { everything, directions };
   /// Refreezes at `state` what is constant within Newton's loop.
   virtual void update(const State& /*state*/, Update /*what*/) {}
@@ -28,11 +29,13 @@ class Effect {
   virtual void add(const State& state, Assembler& assembler) const = 0;
   /// The potential whose gradient `add` gives.
   [[nodiscard]] virtual double energy(const State& state) const = 0;
-  /// Why the equilibrium `state`, reached in a step from `start`, must not be accepted all the same, and what may help; empty where it may.
+  /// Why the equilibrium `state`, reached in a step from `start`, must not be accepted all the same, and what may help;
+  /// empty where it may.
   [[nodiscard]] virtual std::string objection(const State& /*start*/, const State& /*state*/) const { return {}; }
   /// The step is accepted: history moves on.
   virtual void commit(const State& /*state*/) {}
-  /// True where `commit` has changed the effect so much that the last step of a stage should be taken again from `state`, at the same loads.
+  /// True where `commit` has changed the effect so much that the last step of a stage should be taken again from
+  /// `state`, at the same loads.
   [[nodiscard]] virtual bool wants_repeat(const State& /*state*/) const { return false; }
 };
 

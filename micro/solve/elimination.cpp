@@ -20,7 +20,8 @@ class Analysis {
     common_.nmethods = 1;
     common_.method[0].ordering = CHOLMOD_METIS;
     common_.postorder = 1;
-    // Limits up to which supernodes are merged at the price of some zeros, in nodes: CHOLMOD's own are meant for scalar columns.
+    // Limits up to which supernodes are merged at the price of some zeros, in nodes: CHOLMOD's own are meant for scalar
+    // columns.
     common_.nrelax[0] = 2;
     common_.nrelax[1] = 6;
     common_.nrelax[2] = 12;

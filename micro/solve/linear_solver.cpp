@@ -131,7 +131,8 @@ double LinearSolver::iterate(double curvature, double norm_squared) {
 
 bool LinearSolver::finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations) {
   constexpr double neutral = 1e-6;  // a curvature of no size against that of the preconditioner is round-off
-  double rz = begin_iterations(b), by_preconditioner = rz;  // curvatures of the direction: of the preconditioner, and of K
+  double rz = begin_iterations(b),
+         by_preconditioner = rz;  // curvatures of the direction: of the preconditioner, and of K
   const double negligible = 1e-16 * rz;
   for (int i = 0; i < max_iterations && rz > negligible; ++i) {
     const double by_k = curvature(values);

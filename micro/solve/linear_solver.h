@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind a complete factor, which
-/// may be in single precision, or that of an earlier matrix.
+/// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind a complete
+/// factor, which may be in single precision, or that of an earlier matrix.
 
 #include <optional>
 #include <span>
@@ -19,20 +19,21 @@ class LinearSolver {
   void set_pattern(const Pattern& pattern);
   /// Orders and analyses the pattern, once, whatever the number of factorisations; the last factor goes.
   void analyze();
-  /// Analyses if need be, and factorises the matrix with these values. Returns false where it is not positive definite in the precision of the factor.
+  /// Analyses if need be, and factorises the matrix with these values. Returns false where it is not positive definite
+  /// in the precision of the factor.
   [[nodiscard]] bool factorize(std::span<const double> values);
   /// Factorises in double precision from now on. Returns false if that was the case already.
   bool refine_precision();
 
   [[nodiscard]] bool has_factor() const { return has_factor_; }
-  /// Solves K x = b in place, up to `tolerance` in the norm of the preconditioned residual relative to that of b. Returns the
-  /// number of iterations, or nothing, b unchanged, if `max_iterations` do not suffice, will not at the pace of the first ones, or K
-  /// is seen not to be positive definite.
+  /// Solves K x = b in place, up to `tolerance` in the norm of the preconditioned residual relative to that of b.
+  /// Returns the number of iterations, or nothing, b unchanged, if `max_iterations` do not suffice, will not at the
+  /// pace of the first ones, or K is seen not to be positive definite.
   [[nodiscard]] std::optional<int> solve(std::span<const double> values, std::span<double> b, double tolerance,
                                          int max_iterations);
 
-  /// Whether a direction x of negative curvature, xᵀ K x < 0, turns up in the first `max_iterations` conjugate gradients from b. False
-  /// says nothing. Destroys b.
+  /// Whether a direction x of negative curvature, xᵀ K x < 0, turns up in the first `max_iterations` conjugate
+  /// gradients from b. False says nothing. Destroys b.
   [[nodiscard]] bool finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations);
 
   [[nodiscard]] double n_factor_entries() const {
@@ -42,7 +43,8 @@ class LinearSolver {
 
  private:
   void precondition(std::span<const double> residual, std::span<double> z);
-  /// Begins conjugate gradients at x = 0; returns the norm of the residual, squared: that of the preconditioner's inverse.
+  /// Begins conjugate gradients at x = 0; returns the norm of the residual, squared: that of the preconditioner's
+  /// inverse.
   [[nodiscard]] double begin_iterations(std::span<const double> b);
   /// The curvature of the present direction, K times which is then in product_.
   [[nodiscard]] double curvature(std::span<const double> values);
@@ -60,7 +62,7 @@ class LinearSolver {
   SupernodalFactor<double> double_;
   bool analyzed_ = false;  // elimination_ is that of pattern_, not of an earlier one
   bool has_factor_ = false;
-  std::vector<Index> part_start_;            // node columns of each part of the product
+  std::vector<Index> part_start_;             // node columns of each part of the product
   std::vector<std::vector<double>> partial_;  // its contribution to the product
   std::vector<double> x_, residual_, z_, direction_, product_;
 };

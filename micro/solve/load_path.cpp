@@ -13,14 +13,29 @@ struct Attempt {
   bool accepted = false;
   std::string reason;
   std::optional<Index> worst_dof;
+  bool refused = false;  // an equilibrium that an effect objects to
 };
 
-/// One increment: alternates contact detection and Newton's method until the state is in equilibrium with its own geometry. After two
-/// detections the particles in contact stay and only directions follow: where a contact sits at the joint of two elements, whose
-/// tangents differ a little, or between two kinds of contact, it would go to and fro for ever.
-Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
-                      const StageDriver& driver, Timers& timers, PrescribedMotion motion, double slack, State& state,
-                      IncrementReport& report) {
+/// What a stage works with.
+struct Tools {
+  NewtonSolver& newton;
+  const Effects& effects;
+  const LoadPathSettings& settings;
+  const StageDriver& driver;
+  Timers& timers;
+
+  void log(const std::string& text) const {
+    if (driver.log) driver.log(text);
+  }
+};
+
+/// One increment: alternates contact detection and Newton's method until the state is in equilibrium with its own
+/// geometry. After two detections the particles in contact stay and only directions follow: where a contact sits at the
+/// joint of two elements, whose tangents differ a little, or between two kinds of contact, it would go to and fro for
+/// ever.
+Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double slack, State& state,
+                         IncrementReport& report) {
+  const auto& [newton, effects, settings, driver, timers] = tools;
   Index worst_dof = 0;
   int n_detours = 0;  // detections because of long motions, which settle nothing
   for (int update = 0; update <= settings.max_geometry_updates; ++update) {
@@ -29,14 +44,15 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
       const auto what = update < 2 ? Effect::Update::everything : Effect::Update::directions;
       for (const auto& effect : effects) effect->update(state, what);
     }
-    if (newton.announce(effects) && driver.log)
-      driver.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
+    if (newton.announce(effects))
+      tools.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
     if (update > 0) {
       const Residual r = newton.evaluate(effects, motion, state);
       report.residual = r.relative();
       worst_dof = r.worst_dof;
-      if (driver.log) driver.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
-      if (report.residual <= slack * settings.geometry_tolerance || r.norm <= newton.force_floor()) return {true, "", std::nullopt};
+      tools.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
+      if (report.residual <= slack * settings.geometry_tolerance || r.norm <= newton.force_floor())
+        return {true, "", {}};
       if (update == settings.max_geometry_updates) break;
     }
     ++report.n_geometry_updates;
@@ -45,16 +61,18 @@ Attempt try_increment(NewtonSolver& newton, const Effects& effects, const LoadPa
     report.n_factorizations += outcome.n_factorizations;
     if (outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) {
       for (double& m : motion.motion) m *= outcome.remaining;
-      // A particle at the joint of two elements may go to and fro and throw its fiber each time: then particles stay here too.
+      // A particle at the joint of two elements may go to and fro and throw its fiber each time: then particles stay
+      // here too.
       update = n_detours > settings.max_detours / 2 ? 1 : -1;
       continue;
     }
     if (!outcome.converged())
       return {false, fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
               outcome.worst_dof};
-    std::fill(motion.motion.begin(), motion.motion.end(), 0.0);  // it has been made
+    motion.motion.assign(motion.motion.size(), 0.0);  // it has been made
   }
-  return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual), worst_dof};
+  return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual),
+          worst_dof};
 }
 
 /// What speaks against an equilibrium that a step from `start` has reached; empty where nothing does.
@@ -65,6 +83,15 @@ std::string objection(const Effects& effects, const State& start, const State& s
     if (std::string why = effect->objection(start, state); !why.empty()) return why;
   }
   return {};
+}
+
+/// Takes `state` from `start` to an equilibrium that nothing speaks against.
+Attempt try_increment(const Tools& tools, const PrescribedMotion& motion, double slack, const State& start,
+                      State& state, IncrementReport& report) {
+  Attempt attempt = find_equilibrium(tools, motion, slack, state, report);
+  if (!attempt.accepted) return attempt;
+  const std::string why = objection(tools.effects, start, state);
+  return {why.empty(), why, {}, !why.empty()};
 }
 
 /// First guess of a step: vectors go on as in the last one, `ratio` times as far but none farther than `cap`.
@@ -79,31 +106,33 @@ State predict(const State& state, const State& before, double ratio, double cap)
   return predicted;
 }
 
+void begin_step(const Effects& effects, const State& start, double to) {
+  for (const auto& effect : effects) effect->begin_step(start, to);
+}
+
 void commit(const Effects& effects, const State& state) {
   for (const auto& effect : effects) effect->commit(state);
 }
 
-/// Takes the last step of a stage again, at its loads, where effects ask for it: a stage shall end with penalties that fit its forces, not those of the increment
-/// before. A repetition that fails leaves things as they were.
-void repeat_last(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings, const StageDriver& driver, Timers& timers,
-                 PrescribedMotion motion, State& state, IncrementReport& report) {
+/// Takes the last step of a stage again, at its loads, where effects ask for it: a stage shall end with penalties that
+/// fit its forces, not those of the increment before. A repetition that fails leaves things as they were.
+void repeat_last(const Tools& tools, PrescribedMotion motion, State& state, IncrementReport& report) {
   constexpr int max_repetitions = 8;
-  std::fill(motion.motion.begin(), motion.motion.end(), 0.0);  // it has been made
+  motion.motion.assign(motion.motion.size(), 0.0);  // it has been made
   const auto wants_repeat = [&](const auto& effect) { return effect->wants_repeat(state); };
-  for (int n = 0; n < max_repetitions && std::any_of(effects.begin(), effects.end(), wants_repeat); ++n) {
-    if (driver.log) driver.log("  once more, with penalties adapted");
+  for (int n = 0; n < max_repetitions && std::any_of(tools.effects.begin(), tools.effects.end(), wants_repeat); ++n) {
+    tools.log("  once more, with penalties adapted");
     State trial = state;
-    for (const auto& effect : effects) effect->begin_step(state, 1);
-    const Attempt attempt = try_increment(newton, effects, settings, driver, timers, motion, driver.slack(1), trial, report);
-    if (!attempt.accepted || !objection(effects, state, trial).empty()) {
-      trial = state;
-      for (const auto& effect : effects) {
-        effect->begin_step(state, 1);
-        effect->update(state, Effect::Update::everything);
-      }
+    begin_step(tools.effects, state, 1);
+    const double residual = report.residual;
+    if (!try_increment(tools, motion, tools.driver.slack(1), state, trial, report).accepted) {
       n = max_repetitions;
+      report.residual = residual;
+      trial = state;
+      begin_step(tools.effects, state, 1);
+      for (const auto& effect : tools.effects) effect->update(state, Effect::Update::everything);
     }
-    commit(effects, trial);
+    commit(tools.effects, trial);
     state = std::move(trial);
   }
 }
@@ -112,51 +141,50 @@ void repeat_last(NewtonSolver& newton, const Effects& effects, const LoadPathSet
 
 StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, State& state) {
+  const Tools tools{newton, effects, settings, driver, timers};
   const double nominal = 1.0 / settings.n_increments;
   double time = 0, size = nominal, last_size = nominal;
   State before = state;  // the accepted state before `state`
   int n_accepted = 0;
   IncrementReport report;
-  // An equilibrium beyond `state` that was refused: it says more than that smaller increments found none.
-  std::optional<Attempt> refused;
-  // Slender fibers that bend are stretched by the square of each step: their potential rises at first, and line searches cut such steps down to nothing. Whole steps get
-  // through, for what is stretched in one step is taken back in the next, but they do not know uphill from downhill.
+  Attempt failure;  // the last one since `state`, but a refused equilibrium says more than that smaller increments
+                    // found none
+  // Slender fibers that bend are stretched by the square of each step: their potential rises at first, and line
+  // searches cut such steps down to nothing. Whole steps get through, for what is stretched in one step is taken back
+  // in the next, but they do not know uphill from downhill.
   bool searches = true;
   newton.search_along_steps(searches);
   auto clock = Timers::Clock::now();
   while (time < 1) {
     // A last increment that would be a sliver is joined to the one before.
     const double to = time + 1.01 * size >= 1 ? 1 : time + size;
-    if (driver.log) driver.log(fmt::format("  stage time {:.4f} -> {:.4f}", time, to));
-    for (const auto& effect : effects) effect->begin_step(state, to);
-    // A first guess that led to a cut is not tried again, and what happens in a stage's first increment is like no other.
+    tools.log(fmt::format("  stage time {:.4f} -> {:.4f}", time, to));
+    begin_step(effects, state, to);
+    // A first guess that led to a cut is not tried again, and what happens in a stage's first increment is like no
+    // other.
     State trial = report.n_cuts == 0 && n_accepted > 1
                       ? predict(state, before, (to - time) / last_size, settings.prediction_cap)
                       : state;
     const PrescribedMotion motion = driver.motion(trial, time, to);
-    Attempt attempt = try_increment(newton, effects, settings, driver, timers, motion, driver.slack(to), trial, report);
-    if (attempt.accepted)
-      if (const std::string why = objection(effects, state, trial); !why.empty()) {
-        attempt = {false, why, std::nullopt};
-        refused = attempt;
-      }
+    const Attempt attempt = try_increment(tools, motion, driver.slack(to), state, trial, report);
+    if (attempt.refused || !failure.refused) failure = attempt;
     if (!attempt.accepted) {
       ++report.n_cuts;
       size = 0.5 * (to - time);
-      if (driver.log) driver.log(fmt::format("  cut: {}", attempt.reason));
+      tools.log(fmt::format("  cut: {}", attempt.reason));
       if (size < settings.min_increment && searches && settings.may_take_whole_steps) {
-        if (driver.log) driver.log("  whole steps from here on");
+        tools.log("  whole steps from here on");
         newton.search_along_steps(searches = false);
         size = nominal;
       }
       if (size < settings.min_increment)
-        return {StageOutcome::Status::gave_up, refused.value_or(attempt).reason, time, refused.value_or(attempt).worst_dof};
+        return {StageOutcome::Status::gave_up, failure.reason, time, failure.worst_dof};
       continue;
     }
     report.unstable = (newton.projected() || to == 1) && newton.seen_unstable(effects, motion, trial);
-    if (report.unstable && driver.log) driver.log("    this equilibrium is unstable");
+    if (report.unstable) tools.log("    this equilibrium is unstable");
     commit(effects, trial);
-    if (to == 1) repeat_last(newton, effects, settings, driver, timers, motion, trial, report);
+    if (to == 1) repeat_last(tools, motion, trial, report);
     ++n_accepted;
     before = std::exchange(state, std::move(trial));
     last_size = to - time;
@@ -166,7 +194,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     const bool go_on = driver.accepted(state, report);
     if (report.n_cuts == 0) size = std::min(nominal, 2 * size);
     report = {};
-    refused.reset();
+    failure = {};
     clock = Timers::Clock::now();
     if (!go_on && time < 1) return {StageOutcome::Status::interrupted, "", time, std::nullopt};
   }

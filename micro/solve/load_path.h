@@ -11,28 +11,31 @@
 namespace trame::micro {
 
 struct LoadPathSettings {
-  int n_increments = 10;             ///< wanted
+  int n_increments = 10;  ///< wanted
   int max_geometry_updates = 6;
   int max_detours = 60;              ///< detections in an increment on the way, where fibers move far
   double geometry_tolerance = 1e-3;  ///< relative residual after the contact geometry has been updated
   double min_increment = 1e-4;       ///< of stage time
-  bool may_take_whole_steps = false; ///< where even the smallest increment fails, goes on without line searches before giving up
-  double prediction_cap = 0.5;       ///< largest motion of a first guess, in the unit of length
+  bool may_take_whole_steps =
+      false;  ///< where even the smallest increment fails, goes on without line searches before giving up
+  double prediction_cap = 0.5;  ///< largest motion of a first guess, in the unit of length
 };
 
 /// What the solver did for one increment.
 struct IncrementReport {
   double stage_time = 0;
   int n_newton_iterations = 0, n_factorizations = 0, n_geometry_updates = 0;
-  int n_cuts = 0;           ///< failed attempts since the last accepted increment; their iterations are counted
-  double residual = 0;      ///< relative, with the geometry of the final state
-  bool unstable = false;    ///< the equilibrium is known to be unstable; looked at where Newton's method met an indefinite tangent, and at the stage's end
+  int n_cuts = 0;         ///< failed attempts since the last accepted increment; their iterations are counted
+  double residual = 0;    ///< relative, with the geometry of the final state
+  bool unstable = false;  ///< the equilibrium is known to be unstable; looked at where Newton's method met an
+                          ///< indefinite tangent, and at the stage's end
   double seconds = 0;
 };
 
 /// How the driver of a stage takes part.
 struct StageDriver {
-  /// Motion of the prescribed dofs to stage time `to`: of translations from `state`, of rotations from stage time `from`.
+  /// Motion of the prescribed dofs to stage time `to`: of translations from `state`, of rotations from stage time
+  /// `from`.
   std::function<PrescribedMotion(const State& state, double from, double to)> motion;
   /// An increment has converged and is committed; return false to end here.
   std::function<bool(const State& state, const IncrementReport& report)> accepted;
@@ -43,9 +46,10 @@ struct StageDriver {
 
 struct StageOutcome {
   enum class Status : std::uint8_t { done, interrupted, gave_up } status = Status::done;
-  std::string reason;       ///< why it gave up
-  double stage_time = 0;    ///< reached
-  std::optional<Index> worst_dof;  ///< where the residual of the last failure is largest; nothing where `reason` says where
+  std::string reason;     ///< why it gave up
+  double stage_time = 0;  ///< reached
+  std::optional<Index>
+      worst_dof;  ///< where the residual of the last failure is largest; nothing where `reason` says where
 };
 
 /// Runs a stage on `state`, which at the end holds the last accepted one.

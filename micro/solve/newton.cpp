@@ -22,9 +22,8 @@ std::string_view describe(NewtonOutcome::Status status) {
 
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
-      linear_(layout, settings.precision, n_threads),
-      unit_(layout.n_vectors(), 1.0), damping_(layout.n_vectors()), force_(layout.n_dofs()), magnitude_(layout.n_vectors()),
-      step_(layout.n_dofs()) {
+      linear_(layout, settings.precision, n_threads), unit_(layout.n_vectors(), 1.0), damping_(layout.n_vectors()),
+      force_(layout.n_dofs()), magnitude_(layout.n_vectors()), step_(layout.n_dofs()) {
   for (Index j = 0; j < layout.n_nodes(); ++j) {
     unit_[layout.first_vector(j)] = settings.length;
     node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
@@ -89,9 +88,10 @@ Residual NewtonSolver::evaluate(const Effects& effects, const PrescribedMotion& 
   return residual(prescribed);
 }
 
-/// Turns values_ and step_ (= −force) into the system of the free dofs: prescribed motion goes to the right-hand side, its rows and
-/// columns become those of the identity, with 0 on their right-hand side. Prescribed dofs stand in body nodes, which come first: their couplings to fibers
-/// are in their own columns, those among bodies in columns of bodies.
+/// Turns values_ and step_ (= −force) into the system of the free dofs: prescribed motion goes to the right-hand side,
+/// its rows and columns become those of the identity, with 0 on their right-hand side. Prescribed dofs stand in body
+/// nodes, which come first: their couplings to fibers are in their own columns, those among bodies in columns of
+/// bodies.
 void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) {
   Index n_body_nodes = 0;
   for (Index j = 0; j < layout_.n_nodes(); ++j)
@@ -118,11 +118,11 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
     if (prescribed.fixed[d]) step_[d] = 0;
 }
 
-/// Solves for the step from `state`, up to `tolerance` of its energy. The last factor is tried first, even that of another pattern: a few
-/// iterations on it cost less than a new one. A tangent that is not positive definite is replaced by its projection, and a factor that does not do in single precision by
-/// one in double.
-bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
-                             double tolerance, NewtonOutcome& outcome) {
+/// Solves for the step from `state`, up to `tolerance` of its energy. The last factor is tried first, even that of
+/// another pattern: a few iterations on it cost less than a new one. A tangent that is not positive definite is
+/// replaced by its projection, and a factor that does not do in single precision by one in double.
+bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+                             double remaining, double tolerance, NewtonOutcome& outcome) {
   constexpr int max_iterations = 50;
   // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
   const double affordable = n_factor_flops() / (50 * std::max(1.0, n_factor_entries()));
@@ -173,8 +173,9 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
   return true;
 }
 
-/// Where a step is longer than the trust radius, something soft wants to go far: adds to the damping of the vectors that move most (Levenberg and Marquardt's method), as much as
-/// holds them back and hardly anything else: a soft mode of stiffness k = s·K s / s·s gets μ = k (‖s‖ / radius − 1). False if the step is short enough.
+/// Where a step is longer than the trust radius, something soft wants to go far: adds to the damping of the vectors
+/// that move most (Levenberg and Marquardt's method), as much as holds them back and hardly anything else: a soft mode
+/// of stiffness k = s·K s / s·s gets μ = k (‖s‖ / radius − 1). False if the step is short enough.
 bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
   const Largest longest = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
   if (longest.size <= 1.2 * trust_radius_) return false;
@@ -182,7 +183,9 @@ bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
   double work = 0, squares = 0;
   for (Index v = 0; v < layout_.n_vectors(); ++v) {
     const Eigen::Map<const Vec3> step(step_.data() + 3 * v), load(load_.data() + 3 * v);
-    if (prescribed.fixed[3 * v] || prescribed.fixed[3 * v + 1] || prescribed.fixed[3 * v + 2] || step.norm() <= 0.5 * trust_radius_ * unit_[v]) continue;
+    if (prescribed.fixed[3 * v] || prescribed.fixed[3 * v + 1] || prescribed.fixed[3 * v + 2] ||
+        step.norm() <= 0.5 * trust_radius_ * unit_[v])
+      continue;
     far.push_back(v);
     work += load.dot(step);
     squares += step.squaredNorm() / (unit_[v] * unit_[v]);
@@ -209,7 +212,8 @@ void NewtonSolver::adapt_trust(double size, double alpha) {
 
 void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
   const Index j = node_of_[vector], c = 3 * (vector - layout_.first_vector(j));
-  double* diagonal = values_.data() + pattern_.value_start(j) + static_cast<std::size_t>(c) * (pattern_.column_height(j) + 1);
+  double* diagonal =
+      values_.data() + pattern_.value_start(j) + static_cast<std::size_t>(c) * (pattern_.column_height(j) + 1);
   for (int d = 0; d < 3; ++d, diagonal += pattern_.column_height(j) + 1) *diagonal += stiffness;
 }
 
@@ -248,8 +252,8 @@ double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
   return sum;
 }
 
-/// Shortens a step along which the potential has turned upward steeply: regula falsi on its slope between the longest step known to
-/// be downhill and the shortest known to be too long, at most six trials.
+/// Shortens a step along which the potential has turned upward steeply: regula falsi on its slope between the longest
+/// step known to be downhill and the shortest known to be too long, at most six trials.
 double NewtonSolver::line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                  const PrescribedMotion& prescribed) {
   const double accepted = 0.8 * std::abs(slope_at_zero);
@@ -281,8 +285,8 @@ NewtonSolver::Largest NewtonSolver::largest(const Change& change) const {
   return result;
 }
 
-NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
-                                  const std::function<void(const std::string&)>& log) {
+NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, double slack,
+                                  State& state, const std::function<void(const std::string&)>& log) {
   NewtonOutcome outcome;
   double remaining = 1;  // part of the prescribed motion still to be made
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
@@ -298,8 +302,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
       outcome.status = NewtonOutcome::Status::not_a_number;
       return outcome;
     }
-    if (log) log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
-                             projected_ ? "  (projected)" : ""));
+    if (log)
+      log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
+                      projected_ ? "  (projected)" : ""));
     const double goal = std::max(slack * settings_.force_tolerance * r.scale, force_floor());
     if (remaining == 0 && r.norm <= goal) return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
@@ -322,8 +327,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     if (remaining == 0 && searches_) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
     adapt_trust(step.size, alpha);
     if (log)
-      log(fmt::format("      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",
-                      step.size, step.vector, alpha, outcome.n_factorizations, outcome.n_linear_iterations));
+      log(fmt::format(
+          "      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",
+          step.size, step.vector, alpha, outcome.n_factorizations, outcome.n_linear_iterations));
     retract(layout_, state, step_, alpha, trial_);
     std::swap(state, trial_);
     remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);

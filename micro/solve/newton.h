@@ -22,11 +22,11 @@ struct NewtonSettings {
   double force_tolerance = 1e-4;  ///< residual norm over the norm of the force magnitudes that cancel in it
   double force_floor = 1e-12;     ///< residual norm that counts as zero whatever the magnitudes, force
   int max_iterations = 40;
-  double step_cap = 0.5;          ///< largest change of any vector in one iteration, of positions in `length`
+  double step_cap = 0.5;  ///< largest change of any vector in one iteration, of positions in `length`
   FactorPrecision precision = FactorPrecision::double_precision;
   /// Largest change of any vector before contact is looked for again, of positions in `length`.
   double travel_cap = std::numeric_limits<double>::infinity();
-  double length = 1;              ///< what counts as far for positions, the first vector of each node; the others are of order 1
+  double length = 1;  ///< what counts as far for positions, the first vector of each node; the others are of order 1
 };
 
 struct NewtonOutcome {
@@ -35,9 +35,9 @@ struct NewtonOutcome {
   int n_iterations = 0;
   int n_factorizations = 0;
   int n_linear_iterations = 0;  ///< of conjugate gradients
-  double residual = 0;        ///< relative, at the end
-  double remaining = 0;       ///< part of the prescribed motion still to be made, where it travelled
-  Index worst_dof = 0;        ///< where the residual is largest
+  double residual = 0;          ///< relative, at the end
+  double remaining = 0;         ///< part of the prescribed motion still to be made, where it travelled
+  Index worst_dof = 0;          ///< where the residual is largest
   [[nodiscard]] bool converged() const { return status == Status::converged; }
 };
 [[nodiscard]] std::string_view describe(NewtonOutcome::Status status);
@@ -60,11 +60,13 @@ class NewtonSolver {
  public:
   NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers);
 
-  /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept. Returns true for a new one.
+  /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept. Returns true for a
+  /// new one.
   bool announce(const Effects& effects);
 
-  /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`, to `slack`
-  /// times the tolerance of the settings, or stops at the travel cap. `log` (may be empty) gets a line per iteration.
+  /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`,
+  /// to `slack` times the tolerance of the settings, or stops at the travel cap. `log` (may be empty) gets a line per
+  /// iteration.
   NewtonOutcome solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
                       const std::function<void(const std::string&)>& log);
 
@@ -76,12 +78,13 @@ class NewtonSolver {
   /// Residual norm that cannot be told from none: that of the settings, or the round-off of the last tangent's forces.
   [[nodiscard]] double force_floor() const { return std::max(settings_.force_floor, round_off_); }
 
-  /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the cap.
+  /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the
+  /// cap.
   void search_along_steps(bool on) { searches_ = on; }
   /// Whether the last solve met an exact tangent that was not positive definite.
   [[nodiscard]] bool projected() const { return projected_; }
-  /// Whether the equilibrium `state` is seen to be unstable: a direction of negative curvature is found on its exact tangent, by a few
-  /// conjugate gradients behind the factor at hand. False says nothing.
+  /// Whether the equilibrium `state` is seen to be unstable: a direction of negative curvature is found on its exact
+  /// tangent, by a few conjugate gradients behind the factor at hand. False says nothing.
   [[nodiscard]] bool seen_unstable(const Effects& effects, const PrescribedMotion& prescribed, const State& state);
 
   [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(pattern_.n_values()); }
@@ -92,8 +95,8 @@ class NewtonSolver {
   void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent);
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
   void impose(const PrescribedMotion& prescribed, double remaining);
-  [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
-                               double tolerance, NewtonOutcome& outcome);
+  [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+                               double remaining, double tolerance, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void adapt_trust(double size, double alpha);
   void add_to_diagonal(Index vector, double stiffness);
@@ -118,10 +121,10 @@ class NewtonSolver {
   double round_off_ = 0;
   double trust_radius_ = 0;  // of the ball in which the tangent is trusted, like step_cap
   bool searches_ = true;
-  bool projected_ = false;  // the exact tangent was indefinite in this solve
-  std::vector<Index> owned_from_;  // n_threads + 1 node limits
-  std::vector<Index> node_of_;               // of each vector
-  std::vector<double> unit_, damping_;       // of each vector: what counts as far, stiffness that holds it back
+  bool projected_ = false;              // the exact tangent was indefinite in this solve
+  std::vector<Index> owned_from_;       // n_threads + 1 node limits
+  std::vector<Index> node_of_;          // of each vector
+  std::vector<double> unit_, damping_;  // of each vector: what counts as far, stiffness that holds it back
   std::vector<double> values_, force_, magnitude_, load_, step_;
   State trial_;
 };

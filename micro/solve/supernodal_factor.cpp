@@ -57,8 +57,8 @@ void solve_vector(CBLAS_TRANSPOSE transpose, int n, const double* l, int ld, dou
   cblas_dtrsv(CblasColMajor, CblasLower, transpose, CblasNonUnit, n, l, ld, x, 1);
 }
 /// y ← β y + α A x or α Aᵀ x, A m × n
-void multiply_add(CBLAS_TRANSPOSE transpose, int m, int n, float alpha, const float* a, int ld, const float* x, float beta,
-                  float* y) {
+void multiply_add(CBLAS_TRANSPOSE transpose, int m, int n, float alpha, const float* a, int ld, const float* x,
+                  float beta, float* y) {
   cblas_sgemv(CblasColMajor, transpose, m, n, alpha, a, ld, x, 1, beta, y, 1);
 }
 void multiply_add(CBLAS_TRANSPOSE transpose, int m, int n, double alpha, const double* a, int ld, const double* x,
@@ -66,10 +66,10 @@ void multiply_add(CBLAS_TRANSPOSE transpose, int m, int n, double alpha, const d
   cblas_dgemv(CblasColMajor, transpose, m, n, alpha, a, ld, x, 1, beta, y, 1);
 }
 
-constexpr int tile = 256;              // columns of a task in a large front
-constexpr double task_flops = 2e7;     // subtrees and fronts below this are not worth a task
-constexpr double task_entries = 5e5;   // nor subtrees below this, where a factor is used
-constexpr int task_rows = 2048;        // of a task where a large front is used
+constexpr int tile = 256;             // columns of a task in a large front
+constexpr double task_flops = 2e7;    // subtrees and fronts below this are not worth a task
+constexpr double task_entries = 5e5;  // nor subtrees below this, where a factor is used
+constexpr int task_rows = 2048;       // of a task where a large front is used
 
 /// C ← C − A Aᵀ by tiles of columns, each a task of its own.
 template <class Real>
@@ -144,7 +144,8 @@ void SupernodalFactor<Real>::eliminate(const Elimination& e, std::span<const dou
       for (Index c = 0; c < w; ++c) {
         const double column_scale = scale_[e.first_dof[k] + c];
         Real* to = columns + static_cast<std::size_t>(column + c) * n_rows + row_dof[at];
-        const double* from = values.data() + block.value + (block.transposed ? c : static_cast<std::size_t>(c) * block.stride);
+        const double* from =
+            values.data() + block.value + (block.transposed ? c : static_cast<std::size_t>(c) * block.stride);
         const std::size_t stride = block.transposed ? block.stride : 1;
         for (Index r = 0; r < h; ++r) to[r] = static_cast<Real>(from[r * stride] * column_scale * row_scale[r]);
       }
@@ -184,8 +185,9 @@ void SupernodalFactor<Real>::eliminate(const Elimination& e, std::span<const dou
       for (Index c = 0; c < runs[q].size; ++c) {
         const Index from_column = runs[q].from + c, to_column = runs[q].to + c;
         const Real* from = u + static_cast<std::size_t>(from_column) * m;
-        Real* to = to_column < n_columns ? columns + static_cast<std::size_t>(to_column) * n_rows
-                                         : update_[s].get() + static_cast<std::size_t>(to_column - n_columns) * n_update - n_columns;
+        Real* to = to_column < n_columns
+                       ? columns + static_cast<std::size_t>(to_column) * n_rows
+                       : update_[s].get() + static_cast<std::size_t>(to_column - n_columns) * n_update - n_columns;
         for (Index r = c; r < runs[q].size; ++r) to[runs[q].to + r] += from[runs[q].from + r];
         for (std::size_t p = q + 1; p < runs.size(); ++p)
           for (Index r = 0; r < runs[p].size; ++r) to[runs[p].to + r] += from[runs[p].from + r];
@@ -243,7 +245,8 @@ bool SupernodalFactor<Real>::factorize(const Elimination& e, std::span<const dou
 
 namespace {
 
-/// y ← L⁻¹ y on the columns of a front, and what they take from the rows below. Large fronts are cut in tiles, their rows in tasks.
+/// y ← L⁻¹ y on the columns of a front, and what they take from the rows below. Large fronts are cut in tiles, their
+/// rows in tasks.
 template <class Real>
 void solve_front(const Real* columns, Index n_rows, Index n_columns, Real* front) {
   for (Index p = 0; p < n_columns; p += tile) {
@@ -269,8 +272,8 @@ void solve_front_transposed(const Real* columns, Index n_rows, Index n_columns, 
     for (Index c = p; c < end && height > 0; c += task_columns) {
       const Index width = std::min<Index>(task_columns, end - c);
 #pragma omp task default(none) firstprivate(c, end, height, width, columns, n_rows, front) if (n_rows > task_rows)
-      multiply_add(CblasTrans, height, width, -1, columns + end + static_cast<std::size_t>(c) * n_rows, n_rows, front + end, 1,
-                   front + c);
+      multiply_add(CblasTrans, height, width, -1, columns + end + static_cast<std::size_t>(c) * n_rows, n_rows,
+                   front + end, 1, front + c);
     }
 #pragma omp taskwait
     solve_vector(CblasTrans, end - p, panel + p, n_rows, front + p);
@@ -349,8 +352,8 @@ void SupernodalFactor<Real>::backward_subtree(const Elimination& e, Index s) {
 }
 
 template <class Real>
-void SupernodalFactor<Real>::solve(const Elimination& e, const Layout& layout, std::span<const double> b, std::span<double> x,
-                                   int n_threads) {
+void SupernodalFactor<Real>::solve(const Elimination& e, const Layout& layout, std::span<const double> b,
+                                   std::span<double> x, int n_threads) {
   x_.resize(b.size());
   for (Index k = 0; k < static_cast<Index>(e.node.size()); ++k) {
     const Index from = layout.first_dof(e.node[k]), to = e.first_dof[k];

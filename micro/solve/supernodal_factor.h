@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// Numerical Cholesky factorisation of a matrix whose elimination is known: multifrontal, parallel over the elimination tree and
-/// within large fronts, in single or double precision.
+/// Numerical Cholesky factorisation of a matrix whose elimination is known: multifrontal, parallel over the elimination
+/// tree and within large fronts, in single or double precision.
 
 #include <atomic>
 #include <memory>
@@ -15,8 +15,8 @@ namespace trame::micro {
 template <class Real>
 class SupernodalFactor {
  public:
-  /// Computes L with P D K D Pᵀ = L Lᵀ, D = diag(K)^(−1/2), from the pattern's values. The result does not depend on the number of
-  /// threads. Returns false where the matrix is not positive definite; the factor is then of no use.
+  /// Computes L with P D K D Pᵀ = L Lᵀ, D = diag(K)^(−1/2), from the pattern's values. The result does not depend on
+  /// the number of threads. Returns false where the matrix is not positive definite; the factor is then of no use.
   [[nodiscard]] bool factorize(const Elimination& elimination, std::span<const double> values, int n_threads);
   /// x = K⁻¹ b up to the precision of Real, whatever the number of threads. x and b may be the same.
   void solve(const Elimination& elimination, const Layout& layout, std::span<const double> b, std::span<double> x,
@@ -38,10 +38,10 @@ class SupernodalFactor {
 
   std::unique_ptr<Real[]> values_;
   std::size_t capacity_ = 0;
-  std::vector<double> scale_;                     // D, in elimination order
-  std::vector<std::unique_ptr<Real[]>> update_;   // of each supernode, from its elimination to that of its parent
-  std::vector<Real> x_;       // in elimination order
-  std::vector<Real> fronts_;  // right-hand sides of each supernode's rows
+  std::vector<double> scale_;                    // D, in elimination order
+  std::vector<std::unique_ptr<Real[]>> update_;  // of each supernode, from its elimination to that of its parent
+  std::vector<Real> x_;                          // in elimination order
+  std::vector<Real> fronts_;                     // right-hand sides of each supernode's rows
   std::atomic<bool> failed_ = false;
 };
 

@@ -96,7 +96,8 @@ class Pattern {
 };
 
 /// What one thread assembles: forces of, and matrix columns of, the nodes that it owns. An effect visits every item
-/// that touches an owned node, in an order of its own that does not depend on the number of threads: so neither do the sums.
+/// that touches an owned node, in an order of its own that does not depend on the number of threads: so neither do the
+/// sums.
 class Assembler {
  public:
   enum class Tangent : std::uint8_t { none, exact, projected };

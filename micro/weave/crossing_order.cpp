@@ -29,7 +29,8 @@ bool plan_crossing(const FiberField& field, const State& state, Index a, Index b
 
 namespace {
 
-/// Calls visit(upper fiber, lower fiber, s_upper, s_lower) for the pairs of fibers of a crossing; returns how many do not cross.
+/// Calls visit(upper fiber, lower fiber, s_upper, s_lower) for the pairs of fibers of a crossing; returns how many do
+/// not cross.
 template <typename Visit>
 int for_each_pair(const FiberField& field, const State& state, const YarnCrossing& crossing, Visit&& visit) {
   const Yarn &upper = field.mesh().yarns[crossing.upper_yarn], &lower = field.mesh().yarns[crossing.lower_yarn];
@@ -61,8 +62,9 @@ std::optional<double> smallest_separation(const FiberField& field, const State& 
 
 CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth,
                              double penalty, double p_reg, std::optional<double> target_penetration)
-    : field_(field), crossings_(std::move(crossings)), penalty_scale_(crossings_.size(), 1.0), start_depth_(start_depth),
-      penalty_(penalty), p_reg_(p_reg), target_penetration_(target_penetration), depth_n_(start_depth) {}
+    : field_(field), crossings_(std::move(crossings)), penalty_scale_(crossings_.size(), 1.0),
+      start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg), target_penetration_(target_penetration),
+      depth_n_(start_depth) {}
 
 void CrossingOrder::begin_step(const State&, double stage_time) {
   depth_ = start_depth_ + stage_time * (1 - start_depth_);
@@ -109,8 +111,7 @@ void CrossingOrder::add(const State& state, Assembler& assembler) const {
 
 double CrossingOrder::energy(const State& state) const {
   double sum = 0;
-  for (const ContactElement& e : elements_)
-    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, p_reg_);
+  for (const ContactElement& e : elements_) sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, p_reg_);
   return sum;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 /// \file
 /// Separation of interpenetrating yarns: at each crossing of a warp and a weft yarn all pairs of fibers obey
-/// z_a − z_b ≥ d, a in the upper yarn, whatever their depth, with vertical normals, while d rises from −(height of the flat
-/// yarns) to R_a + R_b.
+/// z_a − z_b ≥ d, a in the upper yarn, whatever their depth, with vertical normals, while d rises from −(height of the
+/// flat yarns) to R_a + R_b.
 
 #include <optional>
 
@@ -18,8 +18,8 @@ struct YarnCrossing {
 
 class CrossingOrder final : public Effect {
  public:
-  /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length of gap to
-  /// start with; each crossing adapts its own to `target_penetration`, a length, or keeps it without one.
+  /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length
+  /// of gap to start with; each crossing adapts its own to `target_penetration`, a length, or keeps it without one.
   CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth, double penalty,
                 double p_reg, std::optional<double> target_penetration);
 
@@ -33,7 +33,8 @@ class CrossingOrder final : public Effect {
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
   /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
   [[nodiscard]] double work() const { return work_; }
-  /// What ordinary contact takes over from the fibers that press on each other: on which side they lie, and their penalty.
+  /// What ordinary contact takes over from the fibers that press on each other: on which side they lie, and their
+  /// penalty.
   [[nodiscard]] std::vector<ContactHistory> history(const State& state) const;
 
  private:
@@ -42,17 +43,18 @@ class CrossingOrder final : public Effect {
   std::vector<double> penalty_scale_;  // of each crossing
   double start_depth_, penalty_, p_reg_;
   std::optional<double> target_penetration_;
-  double depth_ = 0;                       // d / (R_a + R_b) of this step
+  double depth_ = 0;                         // d / (R_a + R_b) of this step
   double depth_n_, force_n_ = 0, work_ = 0;  // of the last accepted step; the force works on d / (R_a + R_b)
-  std::vector<ContactElement> elements_;  // crossing by crossing
+  std::vector<ContactElement> elements_;     // crossing by crossing
   std::vector<std::size_t> element_start_;
 };
 
 /// Arc lengths at which the plan views (along z) of two fibers cross; false where they do not.
-[[nodiscard]] bool plan_crossing(const FiberField& field, const State& state, Index a, Index b, double& s_a, double& s_b);
+[[nodiscard]] bool plan_crossing(const FiberField& field, const State& state, Index a, Index b, double& s_a,
+                                 double& s_b);
 
-/// Smallest vertical distance z_upper − z_lower of the fiber pairs of a crossing, each where its plan views cross; nothing where
-/// a pair does not cross.
+/// Smallest vertical distance z_upper − z_lower of the fiber pairs of a crossing, each where its plan views cross;
+/// nothing where a pair does not cross.
 [[nodiscard]] std::optional<double> smallest_separation(const FiberField& field, const State& state,
                                                         const YarnCrossing& crossing);
 

@@ -26,8 +26,8 @@ std::vector<Vec2> hexagonal_section(Index n, Index n_layers, double a) {
   const double row_height = a * std::numbers::sqrt3 / 2;
   std::vector<Vec2> centres;
   if (n_layers > 0) {
-    // Rows are centred, then shifted by a quarter so that each stands in the gaps of the one below: centred rows of equal parity
-    // stand above each other, rows of unequal parity in the gaps already.
+    // Rows are centred, then shifted by a quarter so that each stands in the gaps of the one below: centred rows of
+    // equal parity stand above each other, rows of unequal parity in the gaps already.
     double shift = n_layers == 1 ? 0 : -0.25;
     for (Index row = 0, left = n, before = 0; row < n_layers; ++row) {
       const Index in_row = (left + n_layers - row - 1) / (n_layers - row);
@@ -165,13 +165,14 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
     const Index first_fiber = assembly.mesh.n_fibers();
     for (const Vec2& c : section) {
       const Vec3 from = place(-half_length, across + c[0], c[1]), to = place(half_length, across + c[0], c[1]);
-      append_fiber(assembly, scene, [&](double t) -> Vec3 { return from + t * (to - from); }, system.n_elements,
-                   system.type, Vec3::UnitZ());
+      append_fiber(
+          assembly, scene, [&](double t) -> Vec3 { return from + t * (to - from); }, system.n_elements, system.type,
+          Vec3::UnitZ());
     }
     for (const FiberEnd end : {FiberEnd::start, FiberEnd::end}) {
       const bool start = end == FiberEnd::start;
-      const Index body = add_body(assembly, name + (start ? "/start" : "/end"),
-                                  place(start ? -half_length : half_length, across, 0));
+      const Index body =
+          add_body(assembly, name + (start ? "/start" : "/end"), place(start ? -half_length : half_length, across, 0));
       for (Index f = first_fiber; f < assembly.mesh.n_fibers(); ++f)
         assembly.ties.push_back({body, f, end, TieKind::clamped});
     }

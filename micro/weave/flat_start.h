@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// The start of a simulation: fibers of a scene laid out as it says; the yarns of a weave straight and flat in one plane,
-/// interpenetrating where they cross.
+/// The start of a simulation: fibers of a scene laid out as it says; the yarns of a weave straight and flat in one
+/// plane, interpenetrating where they cross.
 
 #include <string>
 #include <vector>
@@ -27,20 +27,21 @@ struct WeaveCrossing {
 
 struct Assembly {
   FiberMesh mesh;
-  FiberConfiguration configuration;   ///< free of stress
-  std::vector<Index> type_of_fiber;   ///< index into Scene::fiber_types
+  FiberConfiguration configuration;  ///< free of stress
+  std::vector<Index> type_of_fiber;  ///< index into Scene::fiber_types
   std::vector<std::string> body_names;
   std::vector<Vec3> body_positions;
   std::vector<EndTie> ties;
   std::vector<WeaveCrossing> crossings;
-  double flat_height = 0;             ///< largest height of a warp plus that of a weft yarn, half of each: their overlap at the start
+  double flat_height =
+      0;  ///< largest height of a warp plus that of a weft yarn, half of each: their overlap at the start
 };
 
 /// Lays out every fiber, yarn and body of a scene, in the unit of its lengths.
 [[nodiscard]] Assembly assemble_scene(const Scene& scene);
 
-/// Centres of n fibers on a hexagonal lattice of spacing a, centred on the origin: in `n_layers` rows (second coordinate), or, for
-/// n_layers = 0, the n points nearest to the origin.
+/// Centres of n fibers on a hexagonal lattice of spacing a, centred on the origin: in `n_layers` rows (second
+/// coordinate), or, for n_layers = 0, the n points nearest to the origin.
 [[nodiscard]] std::vector<Vec2> hexagonal_section(Index n, Index n_layers, double a);
 
 }  // namespace trame::micro

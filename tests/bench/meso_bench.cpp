@@ -34,7 +34,8 @@ class PatchStates : public FiberStates {
     // Fibers move by some per cent of their distance against each other, so that there is something to be found.
     std::mt19937 random(static_cast<unsigned>(i));
     if (i > 0)
-      for (Vec3& r : increment.fibers.r) r.z() += noise * distance * std::uniform_real_distribution<double>(-1, 1)(random);
+      for (Vec3& r : increment.fibers.r)
+        r.z() += noise * distance * std::uniform_real_distribution<double>(-1, 1)(random);
     return increment;
   }
 

@@ -17,8 +17,7 @@ namespace {
 /// A bundle of fibers of radius 1 that touch their neighbours all along, 40 elements each.
 struct Bundle {
   Bundle(Index n_fibers, FiberModel model)
-      : assembly(make_assembly(n_fibers, model)),
-        field(assembly.mesh, std::vector(n_fibers, model), layout),
+      : assembly(make_assembly(n_fibers, model)), field(assembly.mesh, std::vector(n_fibers, model), layout),
         contact(field, {}, std::vector(n_fibers, 1.0)) {
     state.q.assign(layout.n_vectors(), Vec3::Zero());
     field.read_configuration(assembly.configuration, state);
@@ -102,8 +101,7 @@ void factorization(benchmark::State& bench) {
     if (!solver.factorize(bundle.values)) bench.SkipWithError("not positive definite");
   report_per_fiber(bench);
   bench.counters["entries of L"] = solver.n_factor_entries();
-  bench.counters["flops"] =
-      benchmark::Counter(solver.n_factor_flops(), benchmark::Counter::kIsIterationInvariantRate);
+  bench.counters["flops"] = benchmark::Counter(solver.n_factor_flops(), benchmark::Counter::kIsIterationInvariantRate);
 }
 
 BENCHMARK(contact_search)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);

@@ -78,8 +78,12 @@ TEST(Derivatives, Ties) {
   std::vector<TieTerm> terms;
   terms.push_back({0, {{scene.field.element_node(0, 0), 0}}, true, Vec3(0.2, 0.3, -0.4), Mat3::Identity(), 3});
   terms.push_back({0, {{scene.field.element_node(0, 0), 1}}, false, Vec3(0.1, 0.9, 0.2), Mat3::Identity(), 2});
-  terms.push_back({1, {{scene.field.last_node(0), 0}, {scene.field.last_node(1), 0}}, true, Vec3(0.5, 0.1, 0.7),
-                   Mat3::Identity() - axis * axis.transpose(), 5});
+  terms.push_back({1,
+                   {{scene.field.last_node(0), 0}, {scene.field.last_node(1), 0}},
+                   true,
+                   Vec3(0.5, 0.1, 0.7),
+                   Mat3::Identity() - axis * axis.transpose(),
+                   5});
   Ties ties(scene.layout, scene.bodies, terms);
   ties.begin_step(scene.state, 1);
   expect_consistent_derivatives(ties, scene.layout, perturbed(scene.layout, scene.state, 0.2, 7));

@@ -260,8 +260,8 @@ TEST(ContactGeometry, TipPressedOnAFlankIsReported) {
 }
 
 TEST(ContactGeometry, EndsThatLieInPlaceAreNotReported) {
-  // A short fiber beside a long one, at the distance of contact: its ends stand on the other's flank, not in it. Bodies hold
-  // all ends, two of them together.
+  // A short fiber beside a long one, at the distance of contact: its ends stand on the other's flank, not in it. Bodies
+  // hold all ends, two of them together.
   Pair pair;
   pair.height = 1.95;
   Scene scene = pair_scene(pair);

@@ -189,7 +189,8 @@ TEST(Failures, CrushedFiberEndsAtItsLimitWithTheLastGoodState) {
       EXPECT_GT(carried, 0.19);
       EXPECT_LT(carried, 0.1925);
     }
-    // A rod of two elements, as long as it is thick, carries more: strains that change within R are stiff in its energy.
+    // A rod of two elements, as long as it is thick, carries more: strains that change within R are stiff in its
+    // energy.
     EXPECT_LT(carried, 0.25);
     for (const Vec3& tangent : result.last().fibers.tangent) EXPECT_GT(tangent.x(), 1 / std::sqrt(3.0));
   }

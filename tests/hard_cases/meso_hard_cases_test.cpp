@@ -1,6 +1,6 @@
 /// \file
-/// Hard cases of meso: degenerate points for the triangulation, tetrahedra that collapse or turn inside out, yarns of few
-/// fibers, fibers that change places, states with nothing in them.
+/// Hard cases of meso: degenerate points for the triangulation, tetrahedra that collapse or turn inside out, yarns of
+/// few fibers, fibers that change places, states with nothing in them.
 
 #include <gtest/gtest.h>
 
@@ -153,7 +153,8 @@ TEST(MesoHardCases, SliversOnTheOutline) {
   EXPECT_LT(largest_error, 1e-10);
 }
 
-/// Half of the yarn mirrored: det F < 0 there. What is flagged is exactly that, and the other half is not touched by it.
+/// Half of the yarn mirrored: det F < 0 there. What is flagged is exactly that, and the other half is not touched by
+/// it.
 TEST(MesoHardCases, InvertedTetrahedra) {
   const LatticeYarns yarns{.n_rows = 4, .n_columns = 5, .n_elements = 10, .length = 20};
   const FiberConfiguration reference = yarns.configuration();
@@ -179,7 +180,8 @@ TEST(MesoHardCases, InvertedTetrahedra) {
   EXPECT_LT(largest_left, 1e-12);
 }
 
-/// State A pressed flat to a thousandth over a fifth of its length, B = reference: E ~ 10⁶/2 there unless it is flagged.
+/// State A pressed flat to a thousandth over a fifth of its length, B = reference: E ~ 10⁶/2 there unless it is
+/// flagged.
 TEST(MesoHardCases, CollapsedTetrahedraDoNotSpoilMeans) {
   const LatticeYarns yarns{.n_rows = 4, .n_columns = 5, .n_elements = 10, .length = 20};
   const FiberConfiguration reference = yarns.configuration();
@@ -231,8 +233,7 @@ TEST(MesoHardCases, YarnsOfFewFibers) {
                            text(all.continuum[0].verdict));
     EXPECT_EQ(all.analysis.meshes[0].status, n_fibers < 3 ? MeshStatus::too_few_fibers : MeshStatus::ok);
     EXPECT_EQ(all.analysis.strains.size(), n_fibers < 3 ? 0u : 1u);
-    EXPECT_EQ(all.continuum[0].verdict,
-              n_fibers < 3 ? ContinuumVerdict::too_few_fibers : ContinuumVerdict::holds);
+    EXPECT_EQ(all.continuum[0].verdict, n_fibers < 3 ? ContinuumVerdict::too_few_fibers : ContinuumVerdict::holds);
     for (const SectionPair& pair : all.sections) {
       EXPECT_EQ(pair.a.status, SectionStatus::ok);
       EXPECT_EQ(Index(pair.a.fibers.size()), n_fibers);
@@ -254,8 +255,9 @@ TEST(MesoHardCases, FibersThatChangePlaces) {
   for (Index k = 0; k < n; ++k) std::swap(b.r[left + k], b.r[right + k]);
   const Everything all = everything(yarns.mesh(), reference, reference, b);
   const YarnStrain& row = all.analysis.strains.at(0);
-  measured(fmt::format("{:.0f} % of the tetrahedra flagged, {:.1f} % of the neighbours new, median strain elsewhere {:.0e}",
-                       100.0 * row.n_flagged / row.n_tets, 100 * all.continuum[0].exchanged, row.gamma_max.median));
+  measured(
+      fmt::format("{:.0f} % of the tetrahedra flagged, {:.1f} % of the neighbours new, median strain elsewhere {:.0e}",
+                  100.0 * row.n_flagged / row.n_tets, 100 * all.continuum[0].exchanged, row.gamma_max.median));
   // Of 30 fibers each has about 24 tetrahedra a layer around it: what two of them touch is flagged or strained at most.
   EXPECT_GT(row.n_flagged, 0);
   EXPECT_LT(row.n_flagged, 0.25 * row.n_tets);
@@ -284,8 +286,8 @@ TEST(MesoHardCases, NanInAState) {
   EXPECT_NE(error.find("increment 1"), std::string::npos) << error;
   const Everything all = everything(yarns.mesh(), reference, reference, broken);
   const YarnStrain& row = all.analysis.strains.at(0);
-  measured(fmt::format("file: refused; in memory: {} of {} tetrahedra flagged, axial strain off by {:.0e}", row.n_flagged,
-                       row.n_tets, std::abs(row.axial.mean - green_lagrange(some_map)(0, 0))));
+  measured(fmt::format("file: refused; in memory: {} of {} tetrahedra flagged, axial strain off by {:.0e}",
+                       row.n_flagged, row.n_tets, std::abs(row.axial.mean - green_lagrange(some_map)(0, 0))));
   EXPECT_GT(row.n_flagged, 0);
   EXPECT_LE(row.n_flagged, 40) << "the tetrahedra around one node";
   EXPECT_NEAR(row.axial.mean, green_lagrange(some_map)(0, 0), 1e-10);

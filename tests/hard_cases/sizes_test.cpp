@@ -282,8 +282,9 @@ RunResult slack_weave(bool friction) {
 }
 
 TEST(Sizes, WeaveWithoutTension) {
-  // Friction alone holds slack yarns. Without it nothing does: a yarn whose ends are both pulled by the same force, however
-  // large, is free to slide along itself, and bending drives it out of its crossings. Then the summary must say so.
+  // Friction alone holds slack yarns. Without it nothing does: a yarn whose ends are both pulled by the same force,
+  // however large, is free to slide along itself, and bending drives it out of its crossings. Then the summary must say
+  // so.
   for (const bool friction : {true, false}) {
     const RunResult result = slack_weave(friction);
     expect_clear_status(result);

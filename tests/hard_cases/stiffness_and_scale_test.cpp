@@ -204,7 +204,8 @@ TEST(Stiffness, SlenderAsAHair) {
     measured(fmt::format("{}: {}, deflection error {:.1e}, {} Newton iterations, {} cuts",
                          model == FiberModel::rod ? "rod" : "enriched", result.done() ? "done" : "gave up", error,
                          result.summary.n_newton_iterations, result.summary.n_cut_increments));
-    // Stretch and shear are 10⁸ times stiffer than bending here: each step that bends the fiber stretches it by its square.
+    // Stretch and shear are 10⁸ times stiffer than bending here: each step that bends the fiber stretches it by its
+    // square.
     EXPECT_TRUE(result.done()) << result.summary.message;
     EXPECT_LT(std::abs(error), 1e-3);
   }

@@ -15,8 +15,7 @@ using Points = std::vector<Vec3>;
 /// Fibers of radius 1 with contact between them at the state in which the scene lays them.
 struct Touching {
   Touching(FiberModel model, const std::vector<Points>& fibers, bool with_friction, Index moved = 1)
-      : assembly(make_assembly(model, fibers)),
-        field(assembly.mesh, std::vector(fibers.size(), model), layout),
+      : assembly(make_assembly(model, fibers)), field(assembly.mesh, std::vector(fibers.size(), model), layout),
         contact(field, law(with_friction), std::vector(fibers.size(), 1.0)) {
     state.q.assign(layout.n_vectors(), Vec3::Zero());
     field.read_configuration(assembly.configuration, state);

@@ -73,8 +73,8 @@ TEST(Invariance, OfTheNumberOfThreads) {
 }
 
 TEST(Invariance, OfTheUnits) {
-  // Micrometres and MPa. Scaling is not exact in binary, contacts that come and go enlarge the last digit, and where it decides about
-  // an iteration of the linear solver the result changes by what the tolerance allows.
+  // Micrometres and MPa. Scaling is not exact in binary, contacts that come and go enlarge the last digit, and where it
+  // decides about an iteration of the linear solver the result changes by what the tolerance allows.
   const double length = 1e6, stress = 1e-6;
   const auto run = [](double length_unit, double stress_unit) {
     Scene scene = small_patch(length_unit, stress_unit);

@@ -133,8 +133,10 @@ TEST(Penalty, APairThatMeetsAmongLoadedOnesStartsWithTheirStiffness) {
   contact.begin_step(fibers.state, 1);
   contact.update(fibers.state, Effect::Update::everything);
   for (const ContactElement& e : contact.elements()) {
-    const double expected = std::abs(e.s_a - 10) < 2 ? 4 : std::abs(e.s_a - 14) < 2 ? 9 : std::abs(e.s_a - 30) < 2 ? 100
-                            : e.s_a > 10 && e.s_a < 14 ? 6                     // √(4·9): both are near
+    const double expected = std::abs(e.s_a - 10) < 2   ? 4
+                            : std::abs(e.s_a - 14) < 2 ? 9
+                            : std::abs(e.s_a - 30) < 2 ? 100
+                            : e.s_a > 10 && e.s_a < 14 ? 6  // √(4·9): both are near
                             : e.s_a > 6 && e.s_a < 10  ? 4
                             : e.s_a > 14 && e.s_a < 18 ? 9
                                                        : 1;

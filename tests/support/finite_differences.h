@@ -19,8 +19,8 @@ struct TwoFibers {
   enum class Arrangement { side_by_side, crossed };
 
   explicit TwoFibers(FiberModel model, Arrangement arrangement = Arrangement::side_by_side)
-      : assembly(make_assembly(model, arrangement)), bodies(2, layout),
-        field(assembly.mesh, {model, model}, layout), configuration(assembly.configuration) {
+      : assembly(make_assembly(model, arrangement)), bodies(2, layout), field(assembly.mesh, {model, model}, layout),
+        configuration(assembly.configuration) {
     state.q.assign(layout.n_vectors(), Vec3::Zero());
     state.rotations.assign(2, Mat3::Identity());
     field.read_configuration(configuration, state);
@@ -91,7 +91,8 @@ inline Assembled assemble(const Effect& effect, const Layout& layout, const Stat
   return result;
 }
 
-/// Along random directions v: E(q ⊕ hv) has slope f·v and curvature v·K v, both against central differences whose error falls with h².
+/// Along random directions v: E(q ⊕ hv) has slope f·v and curvature v·K v, both against central differences whose error
+/// falls with h².
 inline void expect_consistent_derivatives(const Effect& effect, const Layout& layout, const State& state) {
   const Assembled exact = assemble(effect, layout, state);
   ASSERT_GT(exact.force.norm() + exact.tangent.norm(), 0) << "the effect does nothing here";
@@ -106,12 +107,14 @@ inline void expect_consistent_derivatives(const Effect& effect, const Layout& la
     const double h = 1e-5;
     const double slope = (effect.energy(shifted(h)) - effect.energy(shifted(-h))) / (2 * h);
     EXPECT_NEAR(exact.force.dot(v), slope, 1e-7 * (exact.force.norm() * v.norm() + 1e-3)) << effect.name();
-    // Slopes of the energy at shifted states, taken along the same rotation path, so that the curvature of SO(3) takes part.
+    // Slopes of the energy at shifted states, taken along the same rotation path, so that the curvature of SO(3) takes
+    // part.
     const auto slope_at = [&](double at) {
       return (effect.energy(shifted(at + h)) - effect.energy(shifted(at - h))) / (2 * h);
     };
     const double curvature = (slope_at(1e-3) - slope_at(-1e-3)) / 2e-3;
-    EXPECT_NEAR(v.dot(exact.tangent * v), curvature, 2e-4 * exact.tangent.norm() * v.squaredNorm() + 1e-7) << effect.name();
+    EXPECT_NEAR(v.dot(exact.tangent * v), curvature, 2e-4 * exact.tangent.norm() * v.squaredNorm() + 1e-7)
+        << effect.name();
   }
   // Force differences see every entry of K where no rotation is involved.
   std::vector<char> is_rotation(layout.n_dofs(), 0);

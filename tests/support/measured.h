@@ -9,8 +9,8 @@
 
 namespace trame::micro::test {
 
-/// Notes the figure: a line for the terminal, from which the table in tests/hard_cases/README.md is made, and a property
-/// in the XML report.
+/// Notes the figure: a line for the terminal, from which the table in tests/hard_cases/README.md is made, and a
+/// property in the XML report.
 inline void measured(const std::string& figure) {
   const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
   fmt::print("measured | {}.{} | {}\n", test->test_suite_name(), test->name(), figure);

@@ -331,8 +331,9 @@ TEST(BadScenes, EveryContactKeyNeedsContact) {
        {"friction_coefficient = 0.1", "reversible_slip = 0.1", "spacing = 0.4", "search_margin = 0.4",
         "target_penetration = 0.1", "regularisation = 0.2", "penalty = 0.1"}) {
     std::string toml = good_scene;
-    const std::string right = "contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\n"
-                              "friction_coefficient = 0.3";
+    const std::string right =
+        "contact = \"all\"\nfriction = true\ntwist_stretch = true\n[contact]\n"
+        "friction_coefficient = 0.3";
     toml.replace(toml.find(right), right.size(), std::string("contact = \"none\"\n[contact]\n") + line);
     EXPECT_TRUE(error_of(toml).starts_with(std::string("bad.toml: contact.") + line +
                                            ": has no effect, because effects.contact is \"none\""))
@@ -381,12 +382,14 @@ TEST(BadScenes, SectionAxisNeedsEnrichedFibers) {
 
 TEST(BadScenes, SectionAxisNeedsAnEnrichedFiberOfItsOwn) {
   const std::string beam = "[fiber_type.beam]\nmaterial = \"m\"\ndiameter = \"10 um\"\n";
-  const std::string other = "[[fiber]]\nname = \"o\"\nfiber_type = \"beam\"\nelements = 2\nsection_axis = [0, 0, 1]\n"
-                            "points = [[\"0 m\", \"1 mm\", \"0 m\"], [\"1 mm\", \"1 mm\", \"0 m\"]]\n";
+  const std::string other =
+      "[[fiber]]\nname = \"o\"\nfiber_type = \"beam\"\nelements = 2\nsection_axis = [0, 0, 1]\n"
+      "points = [[\"0 m\", \"1 mm\", \"0 m\"], [\"1 mm\", \"1 mm\", \"0 m\"]]\n";
   EXPECT_EQ(error_of(bare_scene + beam + wire + other), "no error");
-  EXPECT_EQ(error_of(bare_scene + beam + wire + "section_axis = [0, 0, 1]\n" + other),
-            "bad.toml: fiber[1].section_axis = [0, 0, 1]: has no effect, because this fiber is of the enriched model in "
-            "no stage (line 17)");
+  EXPECT_EQ(
+      error_of(bare_scene + beam + wire + "section_axis = [0, 0, 1]\n" + other),
+      "bad.toml: fiber[1].section_axis = [0, 0, 1]: has no effect, because this fiber is of the enriched model in "
+      "no stage (line 17)");
   EXPECT_TRUE(error_of(bare_scene + beam + wire + other + "[[stage]]\nname = \"s\"\nfiber_model = \"rod\"\n")
                   .starts_with("bad.toml: fiber[2].section_axis = [0, 0, 1]: has no effect"));
 }

@@ -42,7 +42,9 @@ class Analyse : public ::testing::Test {
 TEST_F(Analyse, EveryYarnInEveryIncrement) {
   const micro::SnapshotReader states(folder_ / "states.h5");
   std::vector<YarnStrain> rows;
-  const auto collect = [&](const std::vector<YarnStrain>& state) { rows.insert(rows.end(), state.begin(), state.end()); };
+  const auto collect = [&](const std::vector<YarnStrain>& state) {
+    rows.insert(rows.end(), state.begin(), state.end());
+  };
   const Analysis analysis = analyse(states, {.n_threads = 2, .on_state = collect});
   ASSERT_EQ(analysis.meshes.size(), 3u);
   ASSERT_EQ(rows.size(), 12u);

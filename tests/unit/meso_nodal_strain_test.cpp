@@ -123,8 +123,8 @@ TEST(NodalStrain, InsideExactForWhatIsLinear) {
   }
 }
 
-/// On the surface the mean over the tetrahedra is the value of a place up to half a cell inside (between the ends: there
-/// it is up to two thirds).
+/// On the surface the mean over the tetrahedra is the value of a place up to half a cell inside (between the ends:
+/// there it is up to two thirds).
 TEST(NodalStrain, OnTheSurfaceHalfACellInside) {
   const Bundle bundle(false, MeshKind::swept, bending);
   const NodalStrain nodal = nodal_strain(bundle.mesh, bundle.strain);

@@ -44,8 +44,8 @@ TEST(DirectionalCorrelation, OfStripes) {
   }
 }
 
-/// Crossing stripes at ±60°: half the sum of the two, which is largest along both. 2 · sin 60° = √3 across at 0° and from
-/// one to the other, 1 at 90°.
+/// Crossing stripes at ±60°: half the sum of the two, which is largest along both. 2 · sin 60° = √3 across at 0° and
+/// from one to the other, 1 at 90°.
 TEST(DirectionalCorrelation, OfCrossingStripes) {
   const double a = std::numbers::pi / 3, third = 2 * std::numbers::pi / 3;
   const auto found = correlation(picture([&](double x, double y) {
@@ -64,8 +64,8 @@ TEST(DirectionalCorrelation, NothingToCorrelate) {
 }
 
 /// Fibers each displaced at random strain all cells around them, but that does not reach as far as the lag: over the
-/// cuts of a long yarn of 4 layers no direction stands out. The mean of each cut, of some 20 independent cells, is taken
-/// off: that alone makes −1/20.
+/// cuts of a long yarn of 4 layers no direction stands out. The mean of each cut, of some 20 independent cells, is
+/// taken off: that alone makes −1/20.
 TEST(DirectionalCorrelation, DisorderHasNone) {
   const micro::test::LatticeYarns yarns{.n_rows = 4, .n_columns = 11, .n_elements = 40, .length = 80};
   const micro::FiberConfiguration a = yarns.configuration();

@@ -84,8 +84,8 @@ TEST_F(Survey, BandsComeWithTheirStationAndComponent) {
   for (std::size_t k = 0; k < found.size(); ++k) {
     EXPECT_EQ(found[k].station, k < band_components.size() ? 0 : 2);
     EXPECT_EQ(found[k].component, band_components[k % band_components.size()]);
-    const bool sheared = found[k].component == BandComponent::horizontal_vertical ||
-                         found[k].component == BandComponent::gamma_max;
+    const bool sheared =
+        found[k].component == BandComponent::horizontal_vertical || found[k].component == BandComponent::gamma_max;
     if (!sheared) continue;
     ASSERT_EQ(found[k].bands.size(), 1u) << text(found[k].component);
     const double in_hundredths = 100 * found[k].bands[0].p_value;  // of 1 + 99 pictures

@@ -156,8 +156,8 @@ TEST(Assembler, OwnersTogetherGiveTheWhole) {
   EXPECT_GT(*std::max_element(whole.begin(), whole.end()), 1);
 }
 
-/// A cube of n³ nodes of one to three vectors, each tied to its neighbours and to the ground; the matrix is a Laplacian that couples
-/// all components a little.
+/// A cube of n³ nodes of one to three vectors, each tied to its neighbours and to the ground; the matrix is a Laplacian
+/// that couples all components a little.
 struct Lattice {
   explicit Lattice(Index n) {
     for (Index i = 0; i < n * n * n; ++i) layout.add_node(1 + i % 3);
@@ -172,7 +172,8 @@ struct Lattice {
         }
     pattern = Pattern(layout, builder);
   }
-  /// Every coupling of a pair of dofs has the strength `coupling`/10, pairs of even sum `coupling` as a whole; rows are dominant.
+  /// Every coupling of a pair of dofs has the strength `coupling`/10, pairs of even sum `coupling` as a whole; rows are
+  /// dominant.
   [[nodiscard]] std::vector<double> values(double coupling) const {
     std::vector<double> v(pattern.n_values()), row_sum(layout.n_dofs(), 0.0);
     const auto each = [&](const auto& visit) {
@@ -180,8 +181,10 @@ struct Lattice {
         for (Index c = layout.first_dof(j); c < layout.first_dof(j + 1); ++c)
           for (const Index i : pattern.rows(j))
             for (Index r = layout.first_dof(i); r < layout.first_dof(i + 1); ++r)
-              visit(r, c, pattern.value_start(j) + static_cast<std::size_t>(c - layout.first_dof(j)) * pattern.column_height(j) +
-                              pattern.row_offset(i, j) + (r - layout.first_dof(i)));
+              visit(r, c,
+                    pattern.value_start(j) +
+                        static_cast<std::size_t>(c - layout.first_dof(j)) * pattern.column_height(j) +
+                        pattern.row_offset(i, j) + (r - layout.first_dof(i)));
     };
     each([&](Index r, Index c, std::size_t at) {
       if (r <= c) return;

@@ -134,7 +134,8 @@ std::vector<double> read_doubles(hid_t file, const char* path) {
 
 TEST_F(FullRun, EndsWellAndTellsWhereTheResultsAre) {
   EXPECT_EQ(outcome_->exit_code, 0) << outcome_->out << outcome_->err;
-  for (const char* text : {"30 fibers", "Results in out", "vtk/fibers.pvd", "vtk/yarns.pvd", "summary.json", "report.html"})
+  for (const char* text :
+       {"30 fibers", "Results in out", "vtk/fibers.pvd", "vtk/yarns.pvd", "summary.json", "report.html"})
     EXPECT_NE(outcome_->out.find(text), std::string::npos) << text;
 }
 
@@ -171,8 +172,8 @@ TEST_F(FullRun, CurvesFollowTheLoadPathToTwoPercent) {
   EXPECT_GT(last.warp_force, 0);
 }
 
-/// The energy that friction, damping and the fibers hold is what came in, within 5 % of the work of weaving and pulling. (The
-/// rest is the refreezing of contact geometry.)
+/// The energy that friction, damping and the fibers hold is what came in, within 5 % of the work of weaving and
+/// pulling. (The rest is the refreezing of contact geometry.)
 TEST_F(FullRun, EnergyBalanceCloses) {
   const nlohmann::json energy = summary().at("energy");
   EXPECT_LT(std::abs(energy.at("imbalance").get<double>()), 0.05 * energy.at("external_work").get<double>());
@@ -180,8 +181,8 @@ TEST_F(FullRun, EnergyBalanceCloses) {
 
 TEST_F(FullRun, AnotherRunStartsWhereAStageEndedAndGivesTheSameForces) {
   const std::string states = (out() / "states.h5").string();
-  const Outcome again = run(folder_->path(), {TRAME_SIMULATE_FIBERS, "plain_small", "--start-from", states, "--after", "settle",
-                                              "--out", "again"});
+  const Outcome again = run(folder_->path(), {TRAME_SIMULATE_FIBERS, "plain_small", "--start-from", states, "--after",
+                                              "settle", "--out", "again"});
   ASSERT_EQ(again.exit_code, 0) << again.err;
   std::vector<CurveRow> load;
   for (const CurveRow& row : read_curves(out() / "curves.csv"))
@@ -190,7 +191,8 @@ TEST_F(FullRun, AnotherRunStartsWhereAStageEndedAndGivesTheSameForces) {
   ASSERT_EQ(rows.size(), load.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     EXPECT_NEAR(rows[i].warp_strain, load[i].warp_strain, 1e-8);
-    // Contact geometry is that of the saved state from the start, so forces agree to the tolerance of an increment only.
+    // Contact geometry is that of the saved state from the start, so forces agree to the tolerance of an increment
+    // only.
     EXPECT_NEAR(rows[i].warp_force, load[i].warp_force, 5e-3 * load.back().warp_force) << i;
     EXPECT_NEAR(rows[i].weft_force, load[i].weft_force, 5e-3 * load.back().weft_force) << i;
   }
@@ -198,7 +200,8 @@ TEST_F(FullRun, AnotherRunStartsWhereAStageEndedAndGivesTheSameForces) {
   const auto lost_in_load = [](const nlohmann::json& results) {
     return results.at("error_estimate").at("a_posteriori").at("steps").get<double>();
   };
-  EXPECT_NEAR(lost_in_load(nlohmann::json::parse(read_text(*folder_ / "again/summary.json"))), lost_in_load(summary()), 5e-3);
+  EXPECT_NEAR(lost_in_load(nlohmann::json::parse(read_text(*folder_ / "again/summary.json"))), lost_in_load(summary()),
+              5e-3);
 }
 
 TEST_F(FullRun, StartsFromNothingElseThanAFinishedStageOfTheSameFibers) {
@@ -210,7 +213,9 @@ TEST_F(FullRun, StartsFromNothingElseThanAFinishedStageOfTheSameFibers) {
     EXPECT_EQ(outcome.exit_code, 2);
     return outcome.err;
   };
-  const auto names = [](const std::string& message, const char* text) { return message.find(text) != std::string::npos; };
+  const auto names = [](const std::string& message, const char* text) {
+    return message.find(text) != std::string::npos;
+  };
   const std::string no_stage = refusal({"plain_small", "--start-from", states, "--after", "knit", "--out", "b"});
   EXPECT_TRUE(names(no_stage, "--after knit") && names(no_stage, "separate, relax, settle")) << no_stage;
   const std::string last = refusal({"plain_small", "--start-from", states, "--after", "load", "--out", "b"});

@@ -76,16 +76,11 @@ void check_use(const micro::Scene& scene, const std::string& knob) {
 
 std::string text(CasePart part) {
   switch (part) {
-    case CasePart::base:
-      return "base";
-    case CasePart::one_knob:
-      return "one knob";
-    case CasePart::grid:
-      return "grid";
-    case CasePart::reference:
-      return "reference";
-    case CasePart::looser_reference:
-      return "looser reference";
+    case CasePart::base: return "base";
+    case CasePart::one_knob: return "one knob";
+    case CasePart::grid: return "grid";
+    case CasePart::reference: return "reference";
+    case CasePart::looser_reference: return "looser reference";
   }
   return "";
 }
