@@ -200,8 +200,9 @@ bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
 }
 
 /// After a step of which `alpha` was taken: how far the next may go, and how much damping is kept for it.
-void NewtonSolver::adapt_trust(double size, double alpha) {
-  if (alpha < 0.7)
+void NewtonSolver::adapt_trust(double size, double alpha, double slack) {
+  // On a way that need not end in equilibrium fibers shall travel: what stops one of them shall not hold all others back.
+  if (alpha < 0.7 && slack == 1)
     trust_radius_ = std::clamp(alpha * size, settings_.step_cap / 64, settings_.step_cap);
   else if (alpha == 1)
     trust_radius_ = std::min(2 * trust_radius_, settings_.step_cap);
@@ -325,7 +326,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     double alpha = std::min(1.0, settings_.step_cap / step.size);
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0 && searches_) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
-    adapt_trust(step.size, alpha);
+    adapt_trust(step.size, alpha, slack);
     if (log)
       log(fmt::format(
           "      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",

@@ -98,7 +98,7 @@ class NewtonSolver {
   [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
                                double remaining, double tolerance, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
-  void adapt_trust(double size, double alpha);
+  void adapt_trust(double size, double alpha, double slack);
   void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                    const PrescribedMotion& prescribed);
