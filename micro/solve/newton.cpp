@@ -122,7 +122,7 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 /// another pattern: a few iterations on it cost less than a new one. A tangent that is not positive definite is
 /// replaced by its projection, and a factor that does not do in single precision by one in double.
 bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                             double remaining, double tolerance, NewtonOutcome& outcome) {
+                             double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
   constexpr int max_iterations = 50;
   // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
   const double affordable = n_factor_flops() / (50 * std::max(1.0, n_factor_entries()));
@@ -142,7 +142,6 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
     ++outcome.n_factorizations;
     return linear_.factorize(values_);
   };
-  bool try_old_factor = true;
   const auto find = [&] {
     if (std::exchange(try_old_factor, false) && linear_.has_factor() && solve(max_iterations_with_old_factor))
       return true;
@@ -201,7 +200,8 @@ bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
 
 /// After a step of which `alpha` was taken: how far the next may go, and how much damping is kept for it.
 void NewtonSolver::adapt_trust(double size, double alpha, double slack) {
-  // On a way that need not end in equilibrium fibers shall travel: what stops one of them shall not hold all others back.
+  // On a way that need not end in equilibrium fibers shall travel: what stops one of them shall not hold all others
+  // back.
   if (alpha < 0.7 && slack == 1)
     trust_radius_ = std::clamp(alpha * size, settings_.step_cap / 64, settings_.step_cap);
   else if (alpha == 1)
@@ -295,6 +295,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   std::fill(damping_.begin(), damping_.end(), 0.0);
   const State start = state;
   trust_radius_ = settings_.step_cap;
+  bool last_taken_whole = true;
   for (;; ++outcome.n_iterations) {
     const Residual r = evaluate(effects, prescribed, state);
     outcome.residual = r.relative();
@@ -315,7 +316,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
 
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
     const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
-    if (!find_step(effects, prescribed, state, remaining, tolerance, outcome)) {
+    // On the way contacts come and go with every step that was not taken whole: the last factor will not do.
+    const bool try_old_factor = slack == 1 || last_taken_whole;
+    if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, outcome)) {
       const bool finite = std::all_of(values_.begin(), values_.end(), [](double v) { return std::isfinite(v); });
       outcome.status = finite ? NewtonOutcome::Status::not_positive_definite : NewtonOutcome::Status::not_a_number;
       return outcome;
@@ -326,6 +329,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     double alpha = std::min(1.0, settings_.step_cap / step.size);
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0 && searches_) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
+    last_taken_whole = alpha == 1;
     adapt_trust(step.size, alpha, slack);
     if (log)
       log(fmt::format(

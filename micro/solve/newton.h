@@ -96,7 +96,7 @@ class NewtonSolver {
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
   void impose(const PrescribedMotion& prescribed, double remaining);
   [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                               double remaining, double tolerance, NewtonOutcome& outcome);
+                               double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void adapt_trust(double size, double alpha, double slack);
   void add_to_diagonal(Index vector, double stiffness);
