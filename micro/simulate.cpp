@@ -226,6 +226,7 @@ class Run {
         scene_.solver.step_cap,
         scene_.solver.factor_precision,
         model.contact ? scene_.contact.search_margin : std::numeric_limits<double>::infinity(),
+        model.proximal == nullptr,
         smallest_radius};
     LoadPathSettings path;
     path.n_increments = stage.n_increments;

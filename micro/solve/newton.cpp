@@ -162,7 +162,7 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
       return false;
   }
   constexpr int max_raises = 3;
-  for (int n = 0; n < max_raises && raise_damping(prescribed); ++n) {
+  for (int n = 0; settings_.damps_soft_modes && n < max_raises && raise_damping(prescribed); ++n) {
     try_old_factor = true;
     step_ = load_;
     if (!find()) return false;
@@ -199,10 +199,8 @@ bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
 }
 
 /// After a step of which `alpha` was taken: how far the next may go, and how much damping is kept for it.
-void NewtonSolver::adapt_trust(double size, double alpha, double slack) {
-  // On a way that need not end in equilibrium fibers shall travel: what stops one of them shall not hold all others
-  // back.
-  if (alpha < 0.7 && slack == 1)
+void NewtonSolver::adapt_trust(double size, double alpha) {
+  if (alpha < 0.7)
     trust_radius_ = std::clamp(alpha * size, settings_.step_cap / 64, settings_.step_cap);
   else if (alpha == 1)
     trust_radius_ = std::min(2 * trust_radius_, settings_.step_cap);
@@ -296,6 +294,8 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   const State start = state;
   trust_radius_ = settings_.step_cap;
   bool last_taken_whole = true;
+  double lowest = std::numeric_limits<double>::infinity();
+  int n_capped = 0;  // steps at the cap since the lowest residual
   for (;; ++outcome.n_iterations) {
     const Residual r = evaluate(effects, prescribed, state);
     outcome.residual = r.relative();
@@ -314,10 +314,22 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
       return outcome;
     }
 
+    if (!settings_.damps_soft_modes) {
+      // Where capped steps do not lower the residual, something soft goes to and fro across the solution: shorter ones
+      // find it.
+      if (r.norm < 0.95 * lowest) {
+        lowest = r.norm;
+        n_capped = 0;
+        trust_radius_ = settings_.step_cap;
+      } else if (n_capped >= 4) {
+        n_capped = 0;
+        trust_radius_ = std::max(0.5 * trust_radius_, settings_.step_cap / 16);
+      }
+    }
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
     const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
-    // On the way contacts come and go with every step that was not taken whole: the last factor will not do.
-    const bool try_old_factor = slack == 1 || last_taken_whole;
+    // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
+    const bool try_old_factor = settings_.damps_soft_modes || last_taken_whole;
     if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, outcome)) {
       const bool finite = std::all_of(values_.begin(), values_.end(), [](double v) { return std::isfinite(v); });
       outcome.status = finite ? NewtonOutcome::Status::not_positive_definite : NewtonOutcome::Status::not_a_number;
@@ -326,11 +338,13 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     if (log && n_factor_entries() != n_entries)
       log(fmt::format("      new order: {:.3g} entries in L, {:.3g} flops", n_factor_entries(), n_factor_flops()));
     const Largest step = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
-    double alpha = std::min(1.0, settings_.step_cap / step.size);
+    const double cap = settings_.damps_soft_modes ? settings_.step_cap : trust_radius_;
+    double alpha = step.size > cap ? cap / step.size : 1.0;
+    if (alpha < 1) ++n_capped;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0 && searches_) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
     last_taken_whole = alpha == 1;
-    adapt_trust(step.size, alpha, slack);
+    if (settings_.damps_soft_modes) adapt_trust(step.size, alpha);
     if (log)
       log(fmt::format(
           "      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",

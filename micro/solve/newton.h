@@ -26,6 +26,9 @@ struct NewtonSettings {
   FactorPrecision precision = FactorPrecision::double_precision;
   /// Largest change of any vector before contact is looked for again, of positions in `length`.
   double travel_cap = std::numeric_limits<double>::infinity();
+  /// Damp what is soft instead of scaling whole steps down to the cap. For paths of equilibria: where fibers travel
+  /// far, held back by a proximal term, single ones that are free to go run ahead into others.
+  bool damps_soft_modes = true;
   double length = 1;  ///< what counts as far for positions, the first vector of each node; the others are of order 1
 };
 
@@ -98,7 +101,7 @@ class NewtonSolver {
   [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
                                double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
-  void adapt_trust(double size, double alpha, double slack);
+  void adapt_trust(double size, double alpha);
   void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                    const PrescribedMotion& prescribed);
