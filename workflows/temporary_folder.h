@@ -1,6 +1,6 @@
 #pragma once
 /// \file
-/// A folder for what lies between two programs.
+/// A folder for what lies between two programs, or for the files of one test.
 
 #include <cstdlib>
 #include <filesystem>
@@ -25,6 +25,7 @@ class TemporaryFolder {
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
  private:
   std::filesystem::path path_;

@@ -126,11 +126,10 @@ void repeat_last(const Tools& tools, PrescribedMotion motion, State& state, Incr
     begin_step(tools.effects, state, 1);
     const double residual = report.residual;
     if (!try_increment(tools, motion, tools.driver.slack(1), state, trial, report).accepted) {
-      n = max_repetitions;
       report.residual = residual;
-      trial = state;
       begin_step(tools.effects, state, 1);
       for (const auto& effect : tools.effects) effect->update(state, Effect::Update::everything);
+      return commit(tools.effects, state);
     }
     commit(tools.effects, trial);
     state = std::move(trial);

@@ -209,6 +209,19 @@ void NewtonSolver::adapt_trust(double size, double alpha) {
   for (double& d : damping_) d *= kept;
 }
 
+/// Without damping the trust radius is the cap of whole steps. Where capped steps do not lower the residual, something
+/// soft goes to and fro across the solution: shorter ones find it.
+void NewtonSolver::adapt_cap(double residual_norm) {
+  if (residual_norm < 0.95 * lowest_residual_) {
+    lowest_residual_ = residual_norm;
+    n_capped_ = 0;
+    trust_radius_ = settings_.step_cap;
+  } else if (n_capped_ >= 4) {
+    n_capped_ = 0;
+    trust_radius_ = std::max(0.5 * trust_radius_, settings_.step_cap / 16);
+  }
+}
+
 void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
   const Index j = node_of_[vector], c = 3 * (vector - layout_.first_vector(j));
   double* diagonal =
@@ -293,9 +306,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   std::fill(damping_.begin(), damping_.end(), 0.0);
   const State start = state;
   trust_radius_ = settings_.step_cap;
+  lowest_residual_ = std::numeric_limits<double>::infinity();
+  n_capped_ = 0;
   bool last_taken_whole = true;
-  double lowest = std::numeric_limits<double>::infinity();
-  int n_capped = 0;  // steps at the cap since the lowest residual
   for (;; ++outcome.n_iterations) {
     const Residual r = evaluate(effects, prescribed, state);
     outcome.residual = r.relative();
@@ -314,18 +327,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
       return outcome;
     }
 
-    if (!settings_.damps_soft_modes) {
-      // Where capped steps do not lower the residual, something soft goes to and fro across the solution: shorter ones
-      // find it.
-      if (r.norm < 0.95 * lowest) {
-        lowest = r.norm;
-        n_capped = 0;
-        trust_radius_ = settings_.step_cap;
-      } else if (n_capped >= 4) {
-        n_capped = 0;
-        trust_radius_ = std::max(0.5 * trust_radius_, settings_.step_cap / 16);
-      }
-    }
+    if (!settings_.damps_soft_modes) adapt_cap(r.norm);
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
     const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
@@ -340,7 +342,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     const Largest step = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
     const double cap = settings_.damps_soft_modes ? settings_.step_cap : trust_radius_;
     double alpha = step.size > cap ? cap / step.size : 1.0;
-    if (alpha < 1) ++n_capped;
+    if (alpha < 1) ++n_capped_;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
     if (remaining == 0 && searches_) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
     last_taken_whole = alpha == 1;

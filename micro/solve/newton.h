@@ -102,6 +102,7 @@ class NewtonSolver {
                                double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void adapt_trust(double size, double alpha);
+  void adapt_cap(double residual_norm);
   void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
                                    const PrescribedMotion& prescribed);
@@ -122,7 +123,9 @@ class NewtonSolver {
   Pattern pattern_;
   LinearSolver linear_;
   double round_off_ = 0;
-  double trust_radius_ = 0;  // of the ball in which the tangent is trusted, like step_cap
+  double trust_radius_ = 0;     // of the ball in which the tangent is trusted, like step_cap
+  double lowest_residual_ = 0;  // norm, in this solve
+  int n_capped_ = 0;            // steps at the cap since then
   bool searches_ = true;
   bool projected_ = false;              // the exact tangent was indefinite in this solve
   std::vector<Index> owned_from_;       // n_threads + 1 node limits

@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <string>
 
-#include "micro/core/error.h"
 #include "micro/io/snapshot.h"
+#include "tests/support/messages.h"
 
 namespace trame::micro::test {
 
@@ -89,15 +89,6 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// What is thrown as InputError by `action`; empty where nothing is.
-template <class Action>
-std::string input_error(Action&& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
-}
+using trame::test::input_error;
 
 }  // namespace trame::micro::test

@@ -13,6 +13,7 @@
 #include <sstream>
 
 #include "micro/core/error.h"
+#include "support/messages.h"
 #include "support/process.h"
 #include "support/shooting.h"
 #include "support/temporary_folder.h"
@@ -27,22 +28,9 @@ namespace {
 
 using namespace micro;
 using std::numbers::pi;
+using trame::test::expect_mentions;
+using trame::test::input_error;
 using trame::test::TemporaryFolder;
-
-template <class Action>
-std::string input_error(Action&& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "(no InputError)";
-}
-
-void expect_mentions(const std::string& message, std::initializer_list<const char*> fragments) {
-  for (const char* fragment : fragments)
-    EXPECT_NE(message.find(fragment), std::string::npos) << fragment << "\nin: " << message;
-}
 
 Scene data_scene(const std::string& name) {
   return read_scene(std::string(TRAME_DATA_DIR) + "/scenes/" + name + ".toml");

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "micro/core/error.h"
+#include "support/messages.h"
 #include "support/temporary_folder.h"
 #include "support/text_file.h"
 #include "workflows/load_ratio.h"
@@ -14,25 +15,12 @@ namespace {
 
 using namespace micro;
 using test::TemporaryFolder;
+using trame::test::expect_mentions;
+using trame::test::input_error;
 
 std::optional<Options> parse(std::vector<const char*> arguments) {
   arguments.insert(arguments.begin(), "run_workflow");
   return parse_command_line(static_cast<int>(arguments.size()), arguments.data(), "");
-}
-
-template <class Action>
-std::string input_error(Action&& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "(no InputError)";
-}
-
-void expect_mentions(const std::string& message, std::initializer_list<const char*> fragments) {
-  for (const char* fragment : fragments)
-    EXPECT_NE(message.find(fragment), std::string::npos) << fragment << "\nin: " << message;
 }
 
 TEST(CommandLine, HasDefaultsForAllButTheScene) {

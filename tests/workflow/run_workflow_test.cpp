@@ -5,17 +5,13 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
+#include "support/messages.h"
 #include "support/process.h"
 #include "support/temporary_folder.h"
 #include "support/text_file.h"
 
 namespace trame::test {
 namespace {
-
-void expect_mentions(const std::string& text, const std::vector<std::string>& fragments) {
-  for (const std::string& fragment : fragments)
-    EXPECT_NE(text.find(fragment), std::string::npos) << fragment << "\nin: " << text;
-}
 
 TEST(RunWorkflow, CheckSaysWhatWouldBeSimulatedAndWritesNothing) {
   const TemporaryFolder folder;

@@ -47,7 +47,8 @@ EnergyRecord gain_of_last_stage(const std::vector<EnergyPoint>& energies) {
 
 /// A run that goes on from the states of another holds their last one as increment 1: its last stage gains from there.
 std::vector<EnergyPoint> with_start(const SnapshotReader& states, std::vector<EnergyPoint> energies) {
-  if (states.n_increments() < 2) return energies;
+  const auto of_last_stage = [&](const EnergyPoint& p) { return p.stage == energies.back().stage; };
+  if (states.n_increments() < 2 || !std::all_of(energies.begin(), energies.end(), of_last_stage)) return energies;
   const Increment first = states.read(1);
   if (first.stage != energies.front().stage) energies.insert(energies.begin(), {first.stage, first.solver.energy});
   return energies;
