@@ -23,6 +23,9 @@ class Effect {
   enum class Update : std::uint8_t { everything, directions };
   /// Refreezes at `state` what is constant within Newton's loop.
   virtual void update(const State& /*state*/, Update /*what*/) {}
+  /// Fibers have travelled so far in this step that contact is about to be looked for again: hold them back, if that
+  /// is what the effect is for.
+  virtual void hold_back() {}
   /// Couplings between nodes that `add` may use until the next `update`.
   virtual void announce(Pattern::Builder& builder) const = 0;
   /// Adds the gradient and, where wanted, the tangent at `state` for the items that touch owned nodes.

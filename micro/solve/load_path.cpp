@@ -61,6 +61,7 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
     report.n_factorizations += outcome.n_factorizations;
     if (outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) {
       for (double& m : motion.motion) m *= outcome.remaining;
+      for (const auto& effect : effects) effect->hold_back();
       // A particle at the joint of two elements may go to and fro and throw its fiber each time: then particles stay
       // here too.
       update = n_detours > settings.max_detours / 2 ? 1 : -1;

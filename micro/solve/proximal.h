@@ -20,6 +20,13 @@ class Proximal final : public Effect {
     start_state_ = start;
     const double last = end_ > 0 ? end_ : 1e-3 * start_;
     eta_ = stage_time >= 1 && end_ == 0 ? 0 : start_ * std::pow(last / start_, stage_time);
+    n_detours_ = 0;
+  }
+  /// From the fifth time on that fibers have travelled far in a step, η doubles: a few loose ones would otherwise run
+  /// to and fro. At most 2¹⁰-fold.
+  void hold_back() override {
+    ++n_detours_;
+    if (n_detours_ > 4 && n_detours_ <= 14) eta_ *= 2;
   }
   void announce(Pattern::Builder&) const override {}
   void add(const State& state, Assembler& assembler) const override {
@@ -48,6 +55,7 @@ class Proximal final : public Effect {
   const Layout& layout_;
   Index first_node_;
   double start_, end_, eta_ = 0;
+  int n_detours_ = 0;  // in this step
   double dissipated_ = 0;
   State start_state_;
 };

@@ -9,8 +9,8 @@
 #include "tests/support/fiber_files.h"
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/text_file.h"
-#include "workflows/fiber_nodes.h"
-#include "workflows/file_probe.h"
+#include "workflows/strains/fiber_nodes.h"
+#include "workflows/strains/file_probe.h"
 
 namespace trame::workflows {
 namespace {

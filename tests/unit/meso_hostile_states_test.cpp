@@ -17,7 +17,7 @@
 #include "tests/support/fiber_files.h"
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/text_file.h"
-#include "workflows/fiber_nodes.h"
+#include "workflows/strains/fiber_nodes.h"
 
 namespace trame::workflows {
 namespace {

@@ -50,7 +50,7 @@ tr { break-inside: avoid; }
 .none { background: #7b8591; }
 details pre { font-size: .8rem; line-height: 1.35; background: #f5f7f9; padding: .8rem; overflow-x: auto; }
 summary { cursor: pointer; color: #2f6ca8; }
-@media print { body { margin: 0; max-width: none; font-size: 11px; } h2 { break-after: avoid; } }
+@media print { body { margin: 0; max-width: none; font-size: 11px; } h2, h3, h4 { break-after: avoid; } }
 )";
 
 std::string cells(const std::vector<std::string>& row, bool all_headings) {

@@ -17,12 +17,12 @@
 #include "meso/analyse.h"
 #include "meso/findings.h"
 #include "micro/core/error.h"
-#include "workflows/fiber_nodes.h"
-#include "workflows/finding_tables.h"
 #include "workflows/report/html_report.h"
 #include "workflows/saved_state.h"
-#include "workflows/state_list.h"
-#include "workflows/strain_tables.h"
+#include "workflows/strains/fiber_nodes.h"
+#include "workflows/strains/finding_tables.h"
+#include "workflows/strains/state_list.h"
+#include "workflows/strains/strain_tables.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "micro/io/hdf5.h"
-#include "workflows/fiber_nodes.h"
+#include "workflows/strains/fiber_nodes.h"
 
 namespace trame::workflows {
 namespace {

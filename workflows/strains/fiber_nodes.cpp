@@ -1,4 +1,4 @@
-#include "workflows/fiber_nodes.h"
+#include "workflows/strains/fiber_nodes.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "meso/strain.h"
 #include "micro/core/error.h"
-#include "workflows/file_probe.h"
+#include "workflows/strains/file_probe.h"
 
 namespace trame::workflows {
 namespace {

@@ -1,4 +1,4 @@
-#include "workflows/finding_tables.h"
+#include "workflows/strains/finding_tables.h"
 
 #include <fmt/format.h>
 

@@ -16,7 +16,7 @@
 #include <map>
 
 #include "micro/core/error.h"
-#include "workflows/fiber_nodes.h"
+#include "workflows/strains/fiber_nodes.h"
 
 namespace trame::workflows {
 namespace {

@@ -1,4 +1,4 @@
-#include "workflows/strain_tables.h"
+#include "workflows/strains/strain_tables.h"
 
 #include <fmt/format.h>
 

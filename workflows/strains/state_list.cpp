@@ -1,4 +1,4 @@
-#include "workflows/state_list.h"
+#include "workflows/strains/state_list.h"
 
 #include <fmt/format.h>
 

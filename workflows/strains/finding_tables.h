@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "meso/findings.h"
-#include "workflows/strain_tables.h"
+#include "workflows/strains/strain_tables.h"
 
 namespace trame::workflows {
 
