@@ -14,6 +14,7 @@
 #include "meso/survey.h"
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/measured.h"
+#include "tests/support/temporary_folder.h"
 
 namespace trame::meso {
 namespace {
@@ -272,7 +273,7 @@ TEST(MesoHardCases, NanInAState) {
   const FiberConfiguration reference = yarns.configuration();
   FiberConfiguration broken = mapped(reference, some_map);
   broken.r[77].y() = std::numeric_limits<double>::quiet_NaN();
-  const micro::test::ScratchFolder folder("nan");
+  const trame::test::TemporaryFolder folder;
   {
     micro::SnapshotWriter writer(folder / "states.h5", {"1", "scene", "", yarns.mesh(), {}});
     for (const FiberConfiguration& state : {reference, broken}) {

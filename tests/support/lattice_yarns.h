@@ -2,10 +2,7 @@
 /// \file
 /// Straight yarns on a hexagonal lattice and states made of them, for tests of what reads states.
 
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
 #include <string>
 
 #include "micro/io/snapshot.h"
@@ -70,24 +67,6 @@ inline FiberConfiguration mapped(FiberConfiguration fibers, const Mat3& F) {
     for (Vec3& v : *vectors) v = F * v;
   return fibers;
 }
-
-/// An empty folder of its own for a test, removed with the guard.
-class ScratchFolder {
- public:
-  explicit ScratchFolder(const std::string& name)
-      : path_(std::filesystem::temp_directory_path() / ("trame_" + name + "_" + std::to_string(::getpid()))) {
-    std::filesystem::remove_all(path_);
-    std::filesystem::create_directories(path_);
-  }
-  ~ScratchFolder() { std::filesystem::remove_all(path_); }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  [[nodiscard]] std::filesystem::path operator/(const std::string& file) const { return path_ / file; }
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 using trame::test::input_error;
 

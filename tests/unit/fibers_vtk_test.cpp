@@ -15,12 +15,13 @@
 #include <iterator>
 
 #include "tests/support/lattice_yarns.h"
+#include "tests/support/temporary_folder.h"
 
 namespace trame::micro {
 namespace {
 
 using test::LatticeYarns;
-using test::ScratchFolder;
+using trame::test::TemporaryFolder;
 
 /// One fiber of radius of curvature `radius` in its own plane: nodes on a circle, arc lengths that of the circle.
 std::vector<Vec3> circle(const FiberMesh& mesh, double radius) {
@@ -107,7 +108,7 @@ class FibersVtk : public ::testing::Test {
     }
   }
   LatticeYarns yarns_{.n_yarns = 2};
-  ScratchFolder folder_{"fibers_vtk"};
+  TemporaryFolder folder_;
 };
 
 TEST_F(FibersVtk, EveryIncrementReadsBack) {

@@ -11,13 +11,14 @@
 
 #include "meso/analyse.h"
 #include "tests/support/lattice_yarns.h"
+#include "tests/support/temporary_folder.h"
 
 namespace trame::meso {
 namespace {
 
 using micro::test::input_error;
 using micro::test::LatticeYarns;
-using micro::test::ScratchFolder;
+using trame::test::TemporaryFolder;
 
 /// States of three yarns: increment i is stretched by 1 + 0.01 i along them and by 1 − 0.02 i in height.
 class Analyse : public ::testing::Test {
@@ -36,7 +37,7 @@ class Analyse : public ::testing::Test {
     }
   }
   LatticeYarns yarns_{.n_yarns = 3};
-  ScratchFolder folder_{"analyse"};
+  TemporaryFolder folder_;
 };
 
 TEST_F(Analyse, EveryYarnInEveryIncrement) {
@@ -136,7 +137,7 @@ TEST_F(Analyse, BadChoices) {
 }
 
 TEST(AnalyseThinYarns, GiveNoStrainsButSayWhy) {
-  const ScratchFolder folder("thin");
+  const TemporaryFolder folder;
   const LatticeYarns yarns{.n_yarns = 2, .n_rows = 1, .n_columns = 2};
   micro::Increment increment;
   increment.fibers = yarns.configuration();

@@ -8,6 +8,7 @@
 #include "meso/analyse.h"
 #include "tests/support/fiber_files.h"
 #include "tests/support/lattice_yarns.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/text_file.h"
 #include "workflows/strains/fiber_nodes.h"
 #include "workflows/strains/file_probe.h"
@@ -18,11 +19,11 @@ namespace {
 using micro::test::input_error;
 using micro::test::LatticeYarns;
 using micro::test::mapped;
-using micro::test::ScratchFolder;
 using test::Hdf5File;
 using test::polylines;
 using test::write_text;
 using test::write_vtp;
+using trame::test::TemporaryFolder;
 namespace fs = std::filesystem;
 
 /// Three fibers of 3, 2 and 4 nodes along x, unevenly spaced; the second belongs to another yarn.
@@ -69,7 +70,7 @@ class Hdf5Nodes : public ::testing::Test {
     EXPECT_NE(message.find(path_.string()), std::string::npos) << "message names the file: " << message;
   }
 
-  ScratchFolder folder_{"hdf5_nodes"};
+  TemporaryFolder folder_;
   fs::path path_ = folder_ / "nodes.h5";
 };
 
@@ -273,7 +274,7 @@ class VtpNodes : public ::testing::Test {
     write_text(files_[1], text);
   }
 
-  ScratchFolder folder_{"vtp_nodes"};
+  TemporaryFolder folder_;
   std::vector<fs::path> files_ = {folder_ / "a.vtp", folder_ / "b.vtp"};
 };
 
@@ -427,7 +428,7 @@ TEST(Probe, LeavesErrorsToTheReadingItself) {
 // ---- the same strains, wherever the nodes come from -----------------------------------------------------------------
 
 TEST(FiberNodes, GiveTheSameStrainsAsAStateFile) {
-  const ScratchFolder folder("same");
+  const TemporaryFolder folder;
   const LatticeYarns yarns{.n_yarns = 2};
   const micro::FiberMesh mesh = yarns.mesh();
   micro::Increment states[2];

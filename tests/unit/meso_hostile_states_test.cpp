@@ -16,6 +16,7 @@
 #include "meso/findings.h"
 #include "tests/support/fiber_files.h"
 #include "tests/support/lattice_yarns.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/text_file.h"
 #include "workflows/strains/fiber_nodes.h"
 
@@ -24,10 +25,10 @@ namespace {
 
 using micro::test::LatticeYarns;
 using micro::test::mapped;
-using micro::test::ScratchFolder;
 using test::Hdf5File;
 using test::read_text;
 using test::write_text;
+using trame::test::TemporaryFolder;
 namespace fs = std::filesystem;
 using Files = std::vector<fs::path>;
 
@@ -256,7 +257,7 @@ class HostileStates : public ::testing::TestWithParam<void (*)(const fs::path&)>
     return !in("bodies/") && !in("contacts/") && !in("energy/") && !in("solver/") && !in("scene/");
   }
 
-  ScratchFolder folder_{"hostile_states"};
+  TemporaryFolder folder_;
   fs::path file_ = folder_ / "states.h5";
 };
 
@@ -310,7 +311,7 @@ void damage(const Files& files, int n, unsigned seed) {
 }
 
 void damage_all_kinds(int n) {
-  const ScratchFolder folder("damaged_states");
+  const TemporaryFolder folder;
   write_run(folder / "run.h5");
   write_nodes(folder / "nodes.h5");
   write_lines(folder / "0.vtp", 1);

@@ -12,6 +12,7 @@
 #include <random>
 
 #include "tests/support/lattice_yarns.h"
+#include "tests/support/temporary_folder.h"
 
 namespace {
 /// Writes to files that the process may still do before it ends abruptly; < 0: no limit.
@@ -37,7 +38,7 @@ namespace trame::micro {
 namespace {
 
 using test::input_error;
-using test::ScratchFolder;
+using trame::test::TemporaryFolder;
 
 SnapshotHeader sample_header() {
   const test::LatticeYarns yarns{.n_yarns = 2};
@@ -130,7 +131,7 @@ void write_sample(const std::filesystem::path& file, Index n_increments) {
 }
 
 TEST(Snapshot, HeaderRoundTrip) {
-  const ScratchFolder folder("header");
+  const TemporaryFolder folder;
   write_sample(folder / "states.h5", 0);
   const SnapshotReader reader(folder / "states.h5");
   const SnapshotHeader expected = sample_header();
@@ -155,7 +156,7 @@ TEST(Snapshot, HeaderRoundTrip) {
 }
 
 TEST(Snapshot, IncrementsRoundTrip) {
-  const ScratchFolder folder("increments");
+  const TemporaryFolder folder;
   write_sample(folder / "states.h5", 7);
   const SnapshotReader reader(folder / "states.h5");
   ASSERT_EQ(reader.n_increments(), 7);
@@ -166,7 +167,7 @@ TEST(Snapshot, IncrementsRoundTrip) {
 }
 
 TEST(Snapshot, SceneWithoutBodiesOrYarns) {
-  const ScratchFolder folder("bare");
+  const TemporaryFolder folder;
   SnapshotHeader header;
   header.mesh.first_node = {0, 3};
   header.mesh.radius = {1e-5};
@@ -185,7 +186,7 @@ TEST(Snapshot, SceneWithoutBodiesOrYarns) {
 }
 
 TEST(Snapshot, ContactQuantitiesKeepSevenDigits) {
-  const ScratchFolder folder("single");
+  const TemporaryFolder folder;
   Increment increment = sample_increment(1, 1);
   increment.contacts.gap = {-1.23456789e-8};
   SnapshotWriter(folder / "states.h5", sample_header()).append(increment);
@@ -193,7 +194,7 @@ TEST(Snapshot, ContactQuantitiesKeepSevenDigits) {
 }
 
 TEST(Snapshot, ReadableWhileTheRunGoesOn) {
-  const ScratchFolder folder("live");
+  const TemporaryFolder folder;
   SnapshotWriter writer(folder / "states.h5", sample_header());
   for (Index i = 0; i < 4; ++i) {
     writer.append(sample_increment(i, sample_n_contacts(i)));
@@ -210,7 +211,7 @@ TEST(Snapshot, ReadableWhileTheRunGoesOn) {
 }
 
 TEST(Snapshot, WriterRefusesExistingFileMissingFolderAndOddArrays) {
-  const ScratchFolder folder("writer");
+  const TemporaryFolder folder;
   write_sample(folder / "states.h5", 1);
   EXPECT_NE(input_error([&] { SnapshotWriter(folder / "states.h5", sample_header()); }).find("exists already"),
             std::string::npos);
@@ -229,7 +230,7 @@ TEST(Snapshot, WriterRefusesExistingFileMissingFolderAndOddArrays) {
 }
 
 TEST(Snapshot, ReaderRefusesIncrementsOutOfRange) {
-  const ScratchFolder folder("range");
+  const TemporaryFolder folder;
   write_sample(folder / "states.h5", 2);
   const SnapshotReader reader(folder / "states.h5");
   EXPECT_NE(input_error([&] { (void)reader.read(2); }).find("no increment 2: it holds 2"), std::string::npos);
@@ -274,7 +275,7 @@ std::pair<Index, bool> run_until_write(const std::filesystem::path& file, Index 
 
 /// Ends a run at each of its writes in turn, from increment `first_at_risk` on. Returns how many there were.
 Index check_every_write(Index first_at_risk, Index n_increments) {
-  const ScratchFolder folder("crash");
+  const TemporaryFolder folder;
   const auto file = folder / "states.h5";
   for (Index n_writes = 0;; ++n_writes) {
     std::filesystem::remove(file);
@@ -292,7 +293,7 @@ TEST(Snapshot, EveryWriteOfTheFirstIncrementsMayBeTheLast) {
 TEST(Snapshot, EveryWriteOfALaterIncrementMayBeTheLast) { EXPECT_GT(check_every_write(20, 21), 20); }
 
 TEST(Snapshot, KilledAtRandomMoments) {
-  const ScratchFolder folder("kill");
+  const TemporaryFolder folder;
   std::mt19937 random(7);
   for (int round = 0; round < 20; ++round) {
     const auto file = folder / "states.h5";
@@ -374,7 +375,7 @@ class HostileFile : public ::testing::Test {
   }
   void replace_content(const std::string& content) const { std::ofstream(file_, std::ios::binary) << content; }
 
-  ScratchFolder folder_{"hostile"};
+  TemporaryFolder folder_;
   std::filesystem::path file_ = folder_ / "states.h5";
 };
 

@@ -16,6 +16,7 @@
 #include "meso/continuum.h"
 #include "support/lattice_yarns.h"
 #include "support/process.h"
+#include "support/temporary_folder.h"
 #include "support/text_file.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_data.h"
@@ -29,9 +30,9 @@ namespace {
 using micro::test::input_error;
 using micro::test::LatticeYarns;
 using micro::test::mapped;
-using micro::test::ScratchFolder;
 using test::read_text;
 using test::write_text;
+using trame::test::TemporaryFolder;
 
 std::size_t count(const std::string& text, const std::string& part) {
   std::size_t n = 0;
@@ -85,7 +86,7 @@ class HtmlReport : public ::testing::Test {
     return read_text(input_.file);
   }
 
-  ScratchFolder folder_{"html_report"};
+  TemporaryFolder folder_;
   meso::RunStates states_{saved(folder_ / "states.h5")};
   ReportInput input_{.states = states_, .pairs = {{0, 1}}, .file = folder_ / "report.html", .draw_patch = false};
 };
@@ -210,7 +211,7 @@ class ReportOfFibers : public ::testing::Test {
     return file;
   }
 
-  ScratchFolder folder_{"report_of_fibers"};
+  TemporaryFolder folder_;
   meso::RunStates states_{saved(folder_ / "states.h5")};
   std::filesystem::path file_ = folder_ / "report.html";
 };

@@ -12,6 +12,7 @@
 
 #include "support/lattice_yarns.h"
 #include "support/process.h"
+#include "support/temporary_folder.h"
 #include "workflows/picture/patch_shapes.h"
 #include "workflows/picture/picture_frame.h"
 
@@ -21,8 +22,8 @@ namespace {
 using micro::test::input_error;
 using micro::test::LatticeYarns;
 using micro::test::mapped;
-using micro::test::ScratchFolder;
 using test::Outcome;
+using trame::test::TemporaryFolder;
 
 double total_area(vtkPolyData* triangles) {
   double area = 0;
@@ -150,7 +151,7 @@ class RenderPatch : public testing::Test {
   }
 
   LatticeYarns yarns_;
-  ScratchFolder folder_{"render"};
+  TemporaryFolder folder_;
 };
 
 TEST_F(RenderPatch, SaysWhatToDoWithoutAnXServer) {
@@ -231,7 +232,7 @@ TEST_F(RenderPatch, DrawsTheOtherViews) {
 TEST(ParaViewStudy, TraceShowsAllViews) {
   const char* pvbatch = std::getenv("TRAME_PVBATCH");
   if (pvbatch == nullptr) GTEST_SKIP() << "TRAME_PVBATCH must name ParaView's pvbatch";
-  const ScratchFolder folder("paraview");
+  const TemporaryFolder folder;
   const Outcome made = test::run(folder.path(), {TRAME_RUN_WORKFLOW, "plain_small", "--out", "out"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::string trace = std::string(TRAME_DATA_DIR) + "/paraview/trame_views.py";
