@@ -69,7 +69,7 @@ class StageCost {
     const State state = shifted_start(model_);
     for (const auto& effect : model_.effects) {
       effect->begin_step(state, 0.5);
-      effect->update(state, Effect::Update::everything);
+      effect->update(state);
     }
     price_fibers();
     price_bodies();
@@ -133,16 +133,23 @@ class StageCost {
   }
 
   /// 3 × 3 blocks of the tangents of contact elements.
+  static double blocks_of(const FiberPoint& a, const FiberPoint& b) {
+    const double n = a.n_nodes * a.n_vectors + b.n_nodes * b.n_vectors;
+    return 0.5 * n * n;
+  }
   static double count_blocks(const std::vector<ContactElement>& elements) {
     double blocks = 0;
-    for (const ContactElement& e : elements) {
-      const double n = e.a.n_nodes * e.a.n_vectors + e.b.n_nodes * e.b.n_vectors;
-      blocks += 0.5 * n * n;
-    }
+    for (const ContactElement& e : elements) blocks += blocks_of(e.a, e.b);
+    return blocks;
+  }
+  static double count_blocks(const std::vector<CrossingOrder::Element>& elements) {
+    double blocks = 0;
+    for (const CrossingOrder::Element& e : elements) blocks += blocks_of(e.gap.a, e.gap.b);
     return blocks;
   }
   /// Seconds for contact elements: to make them anew at every detection, and to assemble them.
-  [[nodiscard]] double element_seconds(const std::vector<ContactElement>& elements) const {
+  template <typename Elements>
+  [[nodiscard]] double element_seconds(const Elements& elements) const {
     const auto n = static_cast<double>(elements.size());
     return increments() * n_detections * contact_history * n +
            assemblies() * (contact_element * n + contact_block * count_blocks(elements));
@@ -152,7 +159,7 @@ class StageCost {
     if (model_.crossing_order) {
       const auto& elements = model_.crossing_order->elements();
       add(PricedEffect::crossing_order, element_seconds(elements),
-          static_cast<double>(elements.size() * sizeof(ContactElement)));
+          static_cast<double>(elements.size() * sizeof(CrossingOrder::Element)));
     }
     if (!model_.contact) return;
     const auto& elements = model_.contact->elements();

@@ -25,7 +25,7 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
   for (std::size_t i = 0; i < model.contact->elements().size(); ++i) {
     const ContactElement& e = model.contact->elements()[i];
     const Vec3 a = e.a.evaluate(model.layout, state), b = e.b.evaluate(model.layout, state);
-    const double gap = e.gap(model.layout, state);
+    const double gap = e.gap();
     record.fiber_a.push_back(e.fiber_a);
     record.fiber_b.push_back(e.fiber_b);
     record.s_a.push_back(e.s_a * scales.length);
@@ -33,13 +33,14 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.position.push_back(0.5 * (a + b) * scales.length);
     record.normal.push_back(e.normal);
     record.gap.push_back(gap * scales.length);
-    record.normal_force.push_back(penalty_force(gap, e.penalty, model.contact->regularisation(e)) * scales.force());
+    record.normal_force.push_back(e.force(model.contact->regularisation(e)) * scales.force());
     const bool rubs = !stick_slip.empty();
-    record.friction_force.push_back(rubs ? Vec3(-friction(e, stick_slip[i], b - a).force * scales.force())
+    record.friction_force.push_back(rubs ? Vec3(-friction(stick_slip[i], b - a).force * scales.force())
                                          : Vec3::Zero());
-    record.slip.push_back(rubs ? Vec3(e.tangential(b - a - stick_slip[i].x_start) * scales.length) : Vec3::Zero());
+    record.slip.push_back(rubs ? Vec3(stick_slip[i].tangential(b - a - stick_slip[i].x_start) * scales.length) : Vec3::Zero());
     record.penalty.push_back(e.penalty * scales.force() / scales.length);
     record.length.push_back(e.length * scales.length);
+    record.preload.push_back(e.preload * scales.length);
   }
   return record;
 }

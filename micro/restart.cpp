@@ -61,6 +61,8 @@ std::vector<ContactHistory> contact_history(const ContactRecord& record, const S
         std::min(materials[h.fiber_a].young_modulus_transverse, materials[h.fiber_b].young_modulus_transverse);
     h.penalty_scale = record.penalty[i] / (scales.force() / scales.length) / starting_penalty;
     h.touches = record.gap[i] < 0;
+    h.length = record.length[i] / scales.length;
+    h.preload = record.preload.empty() ? 0 : record.preload[i] / scales.length;
   }
   return history;
 }

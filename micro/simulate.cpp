@@ -132,6 +132,26 @@ std::string names_of(const std::vector<BuriedEnd>& ends, const FiberField& field
   return text + (ends.size() > n_named ? fmt::format(", and {} more", ends.size() - n_named) : "");
 }
 
+/// What counts as far for each unknown vector: a radius for positions; where there is contact, a turn of a rod's tangent
+/// that moves the middle of an element by a radius; 1 for all others.
+std::vector<double> units_of_motion(const StageModel& model, double smallest_radius) {
+  std::vector<double> units(model.layout.n_vectors(), 1.0);
+  for (Index j = 0; j < model.layout.n_nodes(); ++j) units[model.layout.first_vector(j)] = smallest_radius;
+  if (!model.contact) return units;
+  const FiberMesh& mesh = model.field.mesh();
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    if (model.field.model(f) != FiberModel::rod) continue;
+    // Cubic Hermite functions of unit slopes at both ends reach a quarter of the element's length.
+    const double turn = std::min(1.0, 4 * smallest_radius / model.field.element_length(f));
+    for (Index n = model.field.element_node(f, 0); n <= model.field.last_node(f); ++n)
+      units[model.layout.first_vector(n) + 1] = turn;
+  }
+  return units;
+}
+
+/// Tolerances of increments that end on the way, held back by a proximal term, over those of equilibria.
+constexpr double slack_on_the_way = 1e3;
+
 /// A run in progress: what passes from increment to increment and from stage to stage.
 class Run {
  public:
@@ -219,19 +239,17 @@ class Run {
     if (options_.log) options_.log(fmt::format("stage {}: {} dofs", stage.name, model.layout.n_dofs()));
 
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
-    const NewtonSettings newton_settings{
-        scene_.solver.force_tolerance,
-        1e-12,
-        scene_.solver.max_newton_iterations,
-        scene_.solver.step_cap,
-        scene_.solver.factor_precision,
-        model.contact ? scene_.contact.search_margin : std::numeric_limits<double>::infinity(),
-        model.proximal == nullptr,
-        smallest_radius};
+    NewtonSettings newton_settings;
+    newton_settings.force_tolerance = std::min(scene_.solver.force_tolerance, scene_.solver.geometry_tolerance);
+    newton_settings.max_iterations = scene_.solver.max_newton_iterations;
+    newton_settings.step_cap = scene_.solver.step_cap;
+    newton_settings.precision = scene_.solver.factor_precision;
+    if (model.contact) newton_settings.travel_cap = scene_.contact.search_margin;
+    newton_settings.damps_soft_modes = model.proximal == nullptr;
+    newton_settings.units = units_of_motion(model, smallest_radius);
     LoadPathSettings path;
     path.n_increments = stage.n_increments;
     path.max_geometry_updates = scene_.solver.max_geometry_updates;
-    path.geometry_tolerance = scene_.solver.geometry_tolerance;
     path.min_increment = scene_.solver.min_increment;
     path.may_take_whole_steps = !model.contact;
     path.prediction_cap = newton_settings.step_cap * smallest_radius;
@@ -243,7 +261,7 @@ class Run {
     StageDriver driver;
     driver.log = options_.log;
     // Fibers that are still being damped are on their way, not in equilibrium.
-    driver.slack = [&](double to) { return model.proximal && (to < 1 || stage.proximal_end > 0) ? 10.0 : 1.0; };
+    driver.slack = [&](double to) { return model.proximal && (to < 1 || stage.proximal_end > 0) ? slack_on_the_way : 1.0; };
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       const std::vector<double> forces_now = body_forces(model, accepted);
@@ -277,7 +295,7 @@ class Run {
         // The effects stand at the failed attempt: bring their contact elements back to the last good state.
         for (const auto& effect : model.effects) {
           effect->begin_step(state, outcome.stage_time);
-          effect->update(state, Effect::Update::everything);
+          effect->update(state);
         }
         save(model, state, last_point_, last_solver_);
       }
@@ -296,7 +314,7 @@ class Run {
   [[nodiscard]] double switching_work(StageModel& model) const {
     for (const auto& effect : model.effects) {
       effect->begin_step(model.start, 0);
-      effect->update(model.start, Effect::Update::everything);
+      effect->update(model.start);
     }
     return stored_energy(model, model.start) - energy_.stored;
   }
@@ -311,7 +329,7 @@ class Run {
     solver.n_cuts = report.n_cuts;
     solver.residual = solver.force_imbalance = report.residual;
     solver.moment_imbalance = moment_imbalance(model, state);
-    solver.max_penetration_over_radius = model.contact ? model.contact->max_penetration_over_radius(state) : 0;
+    solver.max_penetration_over_radius = model.contact ? model.contact->max_penetration_over_radius() : 0;
     solver.proximal = model.proximal ? model.proximal->eta() : 0;
     solver.seconds = report.seconds;
     solver.unstable = report.unstable ? 1 : 0;

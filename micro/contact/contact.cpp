@@ -3,14 +3,74 @@
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 namespace trame::micro {
 
 Contact::Contact(const FiberField& field, const ContactLaw& law, std::vector<double> modulus)
     : field_(field), law_(law), modulus_(std::move(modulus)) {}
 
+namespace {
+
+ContactHistory remember(const ContactElement& e, Index traction) {
+  ContactHistory h;
+  h.fiber_a = e.fiber_a;
+  h.fiber_b = e.fiber_b;
+  h.s_a = e.s_a;
+  h.s_b = e.s_b;
+  h.normal = e.normal;
+  h.traction = traction;
+  h.penalty_scale = e.penalty_scale;
+  h.touches = e.gap() < 0;
+  h.allowance = e.allowance;
+  h.length = e.length;
+  h.point = e.crossing;
+  // What the multiplier is worth once the penetration is gone; where the fibers have parted, nothing.
+  h.preload = e.preload > 0 && e.gap() < e.preload ? e.preload : 0;
+  h.stuck = e.stuck;
+  return h;
+}
+
+bool is_before(const ContactElement& e, Index fiber_a, Index fiber_b, double s_a) {
+  return std::tie(e.fiber_a, e.fiber_b, e.s_a) < std::tie(fiber_a, fiber_b, s_a);
+}
+
+/// Elements in the order of their fibers and of where their feet have slid to.
+std::vector<const ContactElement*> in_order(const std::vector<ContactElement>& elements) {
+  std::vector<const ContactElement*> sorted;
+  for (const ContactElement& e : elements) sorted.push_back(&e);
+  std::stable_sort(sorted.begin(), sorted.end(), [](const ContactElement* p, const ContactElement* q) {
+    return is_before(*p, q->fiber_a, q->fiber_b, q->s_a);
+  });
+  return sorted;
+}
+
+/// The element of an earlier search in the same increment at the same place.
+const ContactElement* same_place(const std::vector<const ContactElement*>& before, const Proximity& p, double near) {
+  auto e = std::partition_point(before.begin(), before.end(), [&](const ContactElement* x) {
+    return is_before(*x, p.fiber_a(), p.fiber_b(), p.s_a() - near);
+  });
+  const ContactElement* best = nullptr;
+  double least = near;
+  for (; e != before.end() && (*e)->fiber_a == p.fiber_a() && (*e)->fiber_b == p.fiber_b() &&
+         (*e)->s_a < p.s_a() + near;
+       ++e) {
+    const double distance = 0.5 * (std::abs((*e)->s_a - p.s_a()) + std::abs((*e)->s_b - p.s_b()));
+    if ((*e)->crossing == p.point && distance < least) {
+      least = distance;
+      best = *e;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
 double Contact::mean_radius(Index a, Index b) const {
   return 0.5 * (field_.mesh().radius[a] + field_.mesh().radius[b]);
+}
+double Contact::spacing(Index a, Index b) const {
+  return law_.search.spacing * std::min(field_.element_length(a), field_.element_length(b));
 }
 double Contact::regularisation(const ContactElement& e) const {
   return law_.regularisation * mean_radius(e.fiber_a, e.fiber_b);
@@ -24,32 +84,36 @@ void Contact::begin_step(const State& start, double stage_time) {
 
 void Contact::forgive(const State& start) {
   begin_step(start, 0);
-  update(start, Update::everything);
-  history_.clear();
+  update(start);
+  std::vector<ContactHistory> history;
   tractions_.clear();
   for (const StickSlip& s : stick_slip_) tractions_.push_back(s.traction_start);
   for (const ContactElement& e : elements_) {
-    const double penetration = std::max(0.0, -e.gap(field_.layout(), start));
-    const auto traction = law_.friction ? static_cast<Index>(history_.size()) : -1;
-    history_.push_back(
-        {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale, penetration > 0, penetration});
+    const auto traction = law_.friction ? static_cast<Index>(history.size()) : -1;
+    history.push_back(remember(e, traction));
+    history.back().allowance = std::max(0.0, -e.gap());
   }
+  history_ = std::move(history);
+  known_.clear();
   fading_n_ = 1;
   note_loaded_particles();
 }
 
-/// The history entry of the same two fibers nearest in arc length, within one sample length; a crossing keeps its
-/// identity where it slides farther.
+/// The history entry of the same two fibers nearest in arc length, within one sample length, of the same kind if there
+/// is one; a point keeps its identity where it slides farther.
 const ContactHistory* Contact::find_history(const Proximity& p) const {
-  const double reach = (p.crossing ? 4 : 1) * p.length;
-  const auto key = std::make_pair(p.fiber_a, p.fiber_b);
+  const double sum = 2 * mean_radius(p.fiber_a(), p.fiber_b());
+  const double along = spacing(p.fiber_a(), p.fiber_b());
+  const double reach = p.point ? std::max(4 * sum, along) : along;
+  const auto key = std::make_pair(p.fiber_a(), p.fiber_b());
   auto h = std::lower_bound(
-      history_.begin(), history_.end(), std::make_tuple(p.fiber_a, p.fiber_b, p.s_a - reach),
+      history_.begin(), history_.end(), std::make_tuple(p.fiber_a(), p.fiber_b(), p.s_a() - reach),
       [](const ContactHistory& c, const auto& k) { return std::make_tuple(c.fiber_a, c.fiber_b, c.s_a) < k; });
   const ContactHistory* best = nullptr;
   double best_distance = reach;
-  for (; h != history_.end() && std::make_pair(h->fiber_a, h->fiber_b) == key && h->s_a <= p.s_a + reach; ++h) {
-    const double distance = 0.5 * (std::abs(h->s_a - p.s_a) + std::abs(h->s_b - p.s_b));
+  for (; h != history_.end() && std::make_pair(h->fiber_a, h->fiber_b) == key && h->s_a <= p.s_a() + reach; ++h) {
+    double distance = 0.5 * (std::abs(h->s_a - p.s_a()) + std::abs(h->s_b - p.s_b()));
+    if (h->point != p.point) distance = 0.5 * (distance + reach);
     if (distance < best_distance) {
       best_distance = distance;
       best = &*h;
@@ -93,81 +157,137 @@ double Contact::starting_scale(const Proximity& p) const {
                               [](const LoadedParticle& a, const auto& k) { return std::make_pair(a.fiber, a.s) < k; });
     for (; l != loaded_.end() && l->fiber == fiber && l->s < s + reach; ++l, ++n) sum += l->log_scale;
   };
-  collect(p.fiber_a, p.s_a);
-  collect(p.fiber_b, p.s_b);
+  collect(p.fiber_a(), p.s_a());
+  collect(p.fiber_b(), p.s_b());
   return n > 0 ? std::exp(sum / n) : 1;
+}
+
+void Contact::set_penalty(ContactElement& e, double scale) const {
+  e.penalty_scale = scale;
+  e.penalty = law_.penalty * std::min(modulus_[e.fiber_a], modulus_[e.fiber_b]) * e.length * scale;
 }
 
 ContactElement Contact::make_element(const Proximity& p, const State& state, const ContactHistory* known) const {
   ContactElement e;
-  e.fiber_a = p.fiber_a;
-  e.fiber_b = p.fiber_b;
-  e.s_a = p.s_a;
-  e.s_b = p.s_b;
+  e.pair = p;
+  e.feet_at_iteration = {p.chord.a, p.chord.b};
+  e.fiber_a = p.fiber_a();
+  e.fiber_b = p.fiber_b();
   e.length = p.length;
-  e.crossing = p.crossing;
-  e.radius_a = field_.mesh().radius[p.fiber_a];
-  e.radius_b = field_.mesh().radius[p.fiber_b];
-  const double distance = p.chord.norm();
-  e.normal = distance > 0 ? Vec3(p.chord / distance) : Vec3::UnitZ();
-  // Axes nearer than 5 % of a radius give no reliable direction: keep the one that the pair had.
-  if (known && distance < 0.05 * mean_radius(p.fiber_a, p.fiber_b)) e.normal = known->normal;
-  // A direction that turned over since the last increment means that the axes passed through each other: push back.
-  if (known && e.normal.dot(known->normal) < -0.5) e.normal = known->normal;
-
-  const auto particle = [&](Index fiber, double s, const Vec3& outward) {
-    const double radius = field_.mesh().radius[fiber];
-    Vec2 xi = Vec2::Zero();
-    if (field_.model(fiber) == FiberModel::enriched) {
-      const auto [g1, g2] = field_.section(state, fiber, s);
-      xi = radius * Vec2(outward.dot(g1), outward.dot(g2)).normalized();
-    } else {
-      e.offset += radius;
+  e.crossing = p.point;
+  e.radius_a = field_.mesh().radius[e.fiber_a];
+  e.radius_b = field_.mesh().radius[e.fiber_b];
+  for (const Index fiber : {e.fiber_a, e.fiber_b})
+    if (field_.model(fiber) == FiberModel::rod) e.offset += field_.mesh().radius[fiber];
+  if (known) {
+    e.has_side = true;
+    e.side = known->normal;
+    e.allowance = known->allowance;
+    // A preload belongs to one element and not to all that come up around it.
+    const double near = p.point ? mean_radius(e.fiber_a, e.fiber_b) : 0.5 * spacing(e.fiber_a, e.fiber_b);
+    if (known->point == p.point && 0.5 * (std::abs(known->s_a - p.s_a()) + std::abs(known->s_b - p.s_b())) < near) {
+      e.preload = known->preload;
+      e.stuck = known->stuck;
     }
-    return field_.particle(fiber, s, xi);
-  };
-  if (known) e.allowance = known->allowance;
+  }
   e.offset -= fading_ * e.allowance;
-  e.a = particle(p.fiber_a, p.s_a, e.normal);
-  e.b = particle(p.fiber_b, p.s_b, -e.normal);
-  e.penalty_scale = known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1;
-  e.penalty = law_.penalty * std::min(modulus_[p.fiber_a], modulus_[p.fiber_b]) * p.length * e.penalty_scale;
+  set_penalty(e, known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
+  measure(field_, state, e);
+  place_particles(field_, e);
+  (void)cover_feet(field_, e);
   return e;
 }
 
-StickSlip Contact::make_stick_slip(const ContactElement& e, const State& state, const ContactHistory* known) const {
-  const Layout& layout = field_.layout();
+/// Friction at the feet as they are: the limit is that of the force there, the slip that of the particles there.
+StickSlip Contact::make_stick_slip(ContactElement& e, const ContactHistory* known) const {
   StickSlip s;
-  s.x_start = e.relative_position(layout, start_);
-  s.slip_limit = law_.friction_coefficient * penalty_force(e.gap(layout, state), e.penalty, regularisation(e));
+  place_particles(field_, e);
+  s.normal = e.normal;
+  s.x_start = e.relative_position(field_.layout(), start_);
+  s.slip_limit = law_.friction_coefficient * e.force(regularisation(e));
   s.tangential_stiffness = s.slip_limit / (law_.reversible_slip * mean_radius(e.fiber_a, e.fiber_b));
   if (known && known->traction >= 0) {
-    // What the limit no longer bears is gone without a slip.
-    s.traction_start = e.tangential(tractions_[known->traction]);
+    // Tractions go with the length that the element stands for. What the limit no longer bears is gone without a slip.
+    const double share = known->length > 0 ? e.length / known->length : 1;
+    s.traction_start = share * s.tangential(tractions_[known->traction]);
     if (const double size = s.traction_start.norm(); size > s.slip_limit) s.traction_start *= s.slip_limit / size;
   }
   return s;
 }
 
-void Contact::update(const State& state, Update what) {
-  std::vector<Proximity> proximities;
-  if (what == Update::everything) {
-    proximities = find_proximities(field_, state, law_.search);
-    ++n_searches_;
-  } else {
-    for (const ContactElement& e : elements_)
-      proximities.push_back(
-          facing(field_, state, {e.fiber_a, e.fiber_b, e.s_a, e.s_b, Vec3::Zero(), e.length, e.crossing}));
+void Contact::update(const State& state, bool keep) {
+  ++n_searches_;
+  // Of the elements of the last search in this increment those stay that are at the same place, with the preloads that
+  // they have come to. With `keep` they stay as they are, and what presses stays even if it would no longer be
+  // found: what comes and goes with each search would never settle.
+  const std::vector<ContactElement> before = std::exchange(elements_, {});
+  const std::vector<StickSlip> stick_slip_before = std::exchange(stick_slip_, {});
+  const std::vector<const ContactElement*> sorted_before = in_order(before);
+  struct Found {
+    Proximity pair;
+    const ContactElement* before;
+  };
+  std::vector<Found> found;
+  std::vector<char> found_again(before.size(), 0);
+  for (Proximity& p : find_proximities(field_, state, law_.search)) {
+    const double near = p.point ? mean_radius(p.fiber_a(), p.fiber_b()) : 0.25 * spacing(p.fiber_a(), p.fiber_b());
+    const ContactElement* same = same_place(sorted_before, p, near);
+    if (same && found_again[same - before.data()]) {
+      if (keep) continue;  // a second lowest point beside the one that it is
+      same = nullptr;
+    }
+    if (same) found_again[same - before.data()] = 1;
+    if (same && keep) p = same->pair;  // of two lowest points beside a joint it keeps its own
+    found.push_back({p, same});
   }
-  elements_.resize(proximities.size());
-  if (law_.friction) stick_slip_.resize(proximities.size());
+  for (std::size_t i = 0; i < before.size() && keep; ++i)
+    if (!found_again[i] && before[i].force(regularisation(before[i])) > 0) found.push_back({before[i].pair, &before[i]});
+  if (keep)
+    std::stable_sort(found.begin(), found.end(), [](const Found& x, const Found& y) {
+      const Proximity &p = x.pair, &q = y.pair;
+      return std::make_tuple(p.fiber_a(), p.fiber_b(), p.s_a(), p.s_b()) <
+             std::make_tuple(q.fiber_a(), q.fiber_b(), q.s_a(), q.s_b());
+    });
+  elements_.resize(found.size());
+  known_.resize(found.size());
+  if (law_.friction) stick_slip_.resize(found.size());
 #pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < proximities.size(); ++i) {
-    const ContactHistory* known = find_history(proximities[i]);
-    elements_[i] = make_element(proximities[i], state, known);
-    if (law_.friction) stick_slip_[i] = make_stick_slip(elements_[i], state, known);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    known_[i] = find_history(found[i].pair);
+    ContactElement& e = elements_[i] = make_element(found[i].pair, state, known_[i]);
+    if (const ContactElement* same = found[i].before; same && (keep || same->penetration_before > 0)) {
+      e.preload = same->preload;
+      e.stuck = same->stuck;
+      e.penetration_before = same->penetration_before;
+      set_penalty(e, same->penalty_scale);
+    }
+    if (!law_.friction) continue;
+    if (keep && found[i].before) {
+      stick_slip_[i] = stick_slip_before[found[i].before - before.data()];
+      e.a = found[i].before->a;
+      e.b = found[i].before->b;
+    } else {
+      stick_slip_[i] = make_stick_slip(e, known_[i]);
+    }
   }
   if (!slip_energy_n_) slip_energy_n_ = slip_energy_at_start();
+}
+
+bool Contact::follow(const State& state, Follow what) {
+  bool grown = false;
+#pragma omp parallel for schedule(static) reduction(|| : grown)
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    ContactElement& e = elements_[i];
+    // From where the feet were when the iteration began: a long step that is tried and given up leaves no trace.
+    e.pair.chord.a = e.feet_at_iteration[0];
+    e.pair.chord.b = e.feet_at_iteration[1];
+    micro::follow(field_, state, e);
+    if (what == Follow::trial) continue;
+    e.feet_at_iteration = {e.pair.chord.a, e.pair.chord.b};
+    grown = cover_feet(field_, e) || grown;
+    if (law_.friction && what == Follow::renewal) stick_slip_[i] = make_stick_slip(e, known_[i]);
+  }
+  return grown;
 }
 
 double Contact::slip_energy_at_start() const {
@@ -186,62 +306,100 @@ double Contact::slip_energy(const State& state) const {
 }
 
 void Contact::announce(Pattern::Builder& builder) const {
-  for (const ContactElement& e : elements_) announce_contact_element(e, builder);
+  for (const ContactElement& e : elements_) announce_contact_element(field_, e, builder);
 }
 
 void Contact::add(const State& state, Assembler& assembler) const {
   for (std::size_t i = 0; i < elements_.size(); ++i) {
-    add_contact_element(elements_[i], field_.layout(), state, regularisation(elements_[i]), assembler);
+    add_contact_element(field_, elements_[i], regularisation(elements_[i]), assembler);
     if (law_.friction) add_friction(elements_[i], stick_slip_[i], field_.layout(), state, assembler);
   }
 }
 
 Friction Contact::friction_of(std::size_t i, const State& state) const {
-  return friction(elements_[i], stick_slip_[i], elements_[i].relative_position(field_.layout(), state));
+  return friction(stick_slip_[i], elements_[i].relative_position(field_.layout(), state));
 }
 
-double Contact::penalty_energy_of(const State& state) const {
+double Contact::penalty_energy_at(const State& state) const {
   double sum = 0;
-  for (const ContactElement& e : elements_)
-    sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
+  for (ContactElement e : elements_) {
+    micro::follow(field_, state, e);
+    sum += e.energy(regularisation(e));
+  }
   return sum;
 }
 
 double Contact::energy(const State& state) const {
-  double sum = penalty_energy_of(state);
+  double sum = penalty_energy_at(state);
   for (std::size_t i = 0; i < stick_slip_.size(); ++i) sum += friction_of(i, state).energy;
   return sum;
 }
 
-double Contact::stored_energy(const State& state) const { return penalty_energy_of(state) + slip_energy(state); }
+double Contact::stored_energy(const State& state) const { return penalty_energy_at(state) + slip_energy(state); }
 
-double Contact::max_penetration_over_radius(const State& state) const {
+double Contact::max_penetration_over_radius() const {
   double largest = 0;
   for (const ContactElement& e : elements_)
-    largest = std::max(largest, -e.gap(field_.layout(), state) / mean_radius(e.fiber_a, e.fiber_b));
+    largest = std::max(largest, -e.gap() / mean_radius(e.fiber_a, e.fiber_b));
   return largest;
 }
 
-bool Contact::wants_repeat(const State& state) const {
-  constexpr double tolerated = 5.0 / 3;
-  return law_.adapt_penalty && max_penetration_over_radius(state) > tolerated * law_.target_penetration;
+Index Contact::n_stuck() const {
+  return static_cast<Index>(
+      std::count_if(elements_.begin(), elements_.end(), [](const ContactElement& e) { return e.stuck; }));
+}
+
+double Contact::deepest_stuck_over_radius() const {
+  double largest = 0;
+  for (const ContactElement& e : elements_)
+    if (e.stuck) largest = std::max(largest, -e.gap() / mean_radius(e.fiber_a, e.fiber_b));
+  return largest;
+}
+
+bool Contact::stiffen(const State&, double elastic_energy) {
+  if (!law_.adapt_penalty) return false;
+  constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
+  double lost = 0;                              // ½ f p: by so much the stored energy would rise without penetration
+  double deepest = 0;
+  for (const ContactElement& e : elements_) {
+    const double f = e.stuck ? 0 : e.force(regularisation(e));
+    if (f <= 0) continue;
+    // A gap under force is as wrong: the preload of a force that is gone.
+    lost += 0.5 * f * std::abs(e.gap());
+    deepest = std::max(deepest, std::abs(e.gap()) / mean_radius(e.fiber_a, e.fiber_b));
+  }
+  if (deepest <= law_.target_penetration && lost <= tolerated_softness * elastic_energy) return false;
+  bool changed = false;
+  for (ContactElement& e : elements_) {
+    const double p_reg = regularisation(e), f = e.force(p_reg);
+    if (f <= 0 || e.stuck) continue;
+    const double p = std::abs(e.gap()), before = e.energy(p_reg);
+    if (e.penetration_before > 0 && p > 0.5 * e.penetration_before) {
+      // Slow: the fibers resist about as much as the penalty does. Where even a stiff one makes no difference, it is
+      // not contact that holds them in each other.
+      if (e.penalty_scale < 0.999 * largest_penalty_scale)
+        set_penalty(e, std::min(4 * e.penalty_scale, largest_penalty_scale));
+      else if (p > 0.9 * e.penetration_before) {
+        e.stuck = true;
+        continue;
+      }
+    }
+    // The force that it has now, at no penetration.
+    e.preload = penetration_of_force(f, e.penalty, p_reg);
+    e.penetration_before = std::max(p, 1e-12);
+    adaptation_work_in_step_ += e.energy(p_reg) - before;
+    changed = true;
+  }
+  return changed;
 }
 
 void Contact::commit(const State& state) {
   double allowance_force = 0;
-  for (const ContactElement& e : elements_)
-    allowance_force += e.allowance * penalty_force(e.gap(field_.layout(), state), e.penalty, regularisation(e));
-  adaptation_work_ += coming_adaptation_work_ + 0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
+  for (const ContactElement& e : elements_) allowance_force += e.allowance * e.force(regularisation(e));
+  adaptation_work_ += coming_adaptation_work_ + std::exchange(adaptation_work_in_step_, 0) +
+                      0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
   allowance_force_n_ = allowance_force;
   fading_n_ = fading_;
-  coming_adaptation_work_ = law_.adapt_penalty ? adapt_penalties(state) : 0;
-  history_.resize(elements_.size());
-  for (std::size_t i = 0; i < elements_.size(); ++i) {
-    const ContactElement& e = elements_[i];
-    const auto traction = law_.friction ? static_cast<Index>(i) : -1;
-    const bool touches = e.gap(field_.layout(), state) < 0;
-    history_[i] = {e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, traction, e.penalty_scale, touches, e.allowance};
-  }
   limit_work_ += slip_energy_at_start() - *slip_energy_n_;
   slip_energy_n_ = slip_energy(state);
   tractions_.resize(stick_slip_.size());
@@ -250,12 +408,20 @@ void Contact::commit(const State& state) {
     dissipated_ += slip.dissipated;
     tractions_[i] = slip.force;
   }
+  coming_adaptation_work_ = law_.adapt_penalty ? adapt_penalties() : 0;
+  history_.resize(elements_.size());
+  for (std::size_t i = 0; i < elements_.size(); ++i)
+    history_[i] = remember(elements_[i], law_.friction ? static_cast<Index>(i) : -1);
+  std::stable_sort(history_.begin(), history_.end(), [](const ContactHistory& x, const ContactHistory& y) {
+    return std::tie(x.fiber_a, x.fiber_b, x.s_a) < std::tie(y.fiber_a, y.fiber_b, y.s_a);
+  });
+  known_.clear();
+  for (ContactElement& e : elements_) e.penetration_before = 0;
   note_loaded_particles();
 }
 
-/// Zone by zone: up to eight consecutive samples of a pair. Zones without any contact keep their penalty, so that a
-/// fiber does not meet one that its neighbours have worn down. Returns the work that it does.
-double Contact::adapt_penalties(const State& state) {
+/// Zone by zone: up to eight consecutive samples of a pair. Returns the work that it does.
+double Contact::adapt_penalties() {
   constexpr std::size_t zone_samples = 8;
   double work = 0;
   for (std::size_t begin = 0; begin < elements_.size();) {
@@ -266,17 +432,20 @@ double Contact::adapt_penalties(const State& state) {
            elements_[end].fiber_b == first.fiber_b &&
            (end == begin || elements_[end].s_a - elements_[end - 1].s_a < 2 * first.length)) {
       const ContactElement& e = elements_[end++];
-      penetration = std::max(penetration, -e.gap(field_.layout(), state));
+      if (!e.stuck) penetration = std::max(penetration, -e.gap());
       scale = std::max(scale, e.penalty_scale);
     }
-    const double target = law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b);
+    const double target = 3 * law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b);
     scale = adapted_penalty_scale(scale, penetration / target);
     for (; begin < end; ++begin) {
       ContactElement& e = elements_[begin];
-      const double energy = penalty_energy(e.gap(field_.layout(), state), e.penalty, regularisation(e));
+      if (e.penalty_scale == scale) continue;
       // ∫ (∂ψ/∂k) dk at a constant force, at which the energy of the quadratic penalty goes with k^−½.
-      work += 2 * energy * (1 - std::sqrt(e.penalty_scale / scale));
-      e.penalty_scale = scale;
+      work += 2 * e.energy(regularisation(e)) * (1 - std::sqrt(e.penalty_scale / scale));
+      // A preload keeps its force.
+      const double p_reg = regularisation(e), force = penalty_force(-e.preload, e.penalty, p_reg);
+      set_penalty(e, scale);
+      e.preload = penetration_of_force(force, e.penalty, p_reg);
     }
   }
   return work;

@@ -15,9 +15,9 @@ namespace trame::micro {
 struct ContactLaw {
   ProximitySearch search;
   double penalty = 0.02;             ///< starting stiffness per length over the modulus
-  double target_penetration = 0.03;  ///< in radii
+  double target_penetration = 0.01;  ///< in radii
   double regularisation = 0.1;       ///< p_reg of the penalty, in radii
-  bool adapt_penalty = true;
+  bool adapt_penalty = true;         ///< preloads and penalties follow what the scene needs
   bool friction = true;
   double friction_coefficient = 0.2;
   double reversible_slip = 0.05;  ///< in radii
@@ -31,13 +31,15 @@ class Contact final : public Effect {
 
   [[nodiscard]] std::string_view name() const override { return "contact"; }
   void begin_step(const State& start, double stage_time) override;
-  void update(const State& state, Update what) override;
+  void update(const State& state, bool keep = false) override;
+  bool follow(const State& state, Follow what) override;
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   void commit(const State& state) override;
-  /// Where penetrations are above 5/3 of their target, for which the penalties have just been adapted.
-  [[nodiscard]] bool wants_repeat(const State& state) const override;
+  /// Raises preloads by the penetrations that remain, where these are above their target, or where the work that forces
+  /// have lost on them is more than 0.5 % of the elastic energy: by so much the answer is too soft.
+  [[nodiscard]] bool stiffen(const State& state, double elastic_energy) override;
 
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
   /// Friction of each of `elements`; empty without friction.
@@ -46,13 +48,16 @@ class Contact final : public Effect {
   [[nodiscard]] int n_searches() const { return n_searches_; }
   [[nodiscard]] double regularisation(const ContactElement& element) const;
   /// Largest penetration over the mean radius of the pair.
-  [[nodiscard]] double max_penetration_over_radius(const State& state) const;
+  [[nodiscard]] double max_penetration_over_radius() const;
   /// Energy of the penalties and of the reversible part of friction, ½|f|²/k. (`energy` is the incremental potential,
   /// which also holds the work of slip in the step.)
   [[nodiscard]] double stored_energy(const State& state) const;
+  /// Elements at which raising the preload changes nothing, as something else holds their fibers in each other; the
+  /// deepest of them.
+  [[nodiscard]] Index n_stuck() const;
+  [[nodiscard]] double deepest_stuck_over_radius() const;
   [[nodiscard]] double dissipated() const { return dissipated_; }
-  /// Work that came in where penalties were raised under pressure, less what went out where they were lowered, and that
-  /// of fading allowances.
+  /// Work that came in where penalties and preloads were raised under pressure, and that of fading allowances.
   [[nodiscard]] double adaptation_work() const { return adaptation_work_; }
   /// Energy of reversible slips that came, or with a negative sign went, because normal forces changed under them: the
   /// stiffness of the reversible slip is µ N / u_rev.
@@ -69,19 +74,21 @@ class Contact final : public Effect {
  private:
   [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state,
                                             const ContactHistory* known) const;
-  [[nodiscard]] StickSlip make_stick_slip(const ContactElement& element, const State& state,
-                                          const ContactHistory* known) const;
+  /// Friction as the element now stands: limit, stiffness and particles.
+  [[nodiscard]] StickSlip make_stick_slip(ContactElement& element, const ContactHistory* known) const;
+  void set_penalty(ContactElement& element, double scale) const;
   /// Friction of element i. Only with friction.
   [[nodiscard]] Friction friction_of(std::size_t i, const State& state) const;
-  [[nodiscard]] double penalty_energy_of(const State& state) const;
+  [[nodiscard]] double penalty_energy_at(const State& state) const;
   /// Energy of the reversible slips, and that with which the step begins.
   [[nodiscard]] double slip_energy(const State& state) const;
   [[nodiscard]] double slip_energy_at_start() const;
   [[nodiscard]] const ContactHistory* find_history(const Proximity& proximity) const;
   [[nodiscard]] double mean_radius(Index a, Index b) const;
+  [[nodiscard]] double spacing(Index a, Index b) const;
   [[nodiscard]] double starting_scale(const Proximity& proximity) const;
   void note_loaded_particles();
-  [[nodiscard]] double adapt_penalties(const State& state);
+  [[nodiscard]] double adapt_penalties();
 
   const FiberField& field_;
   ContactLaw law_;
@@ -91,6 +98,7 @@ class Contact final : public Effect {
   double fading_n_ = 0,
          allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
   std::vector<ContactElement> elements_;
+  std::vector<const ContactHistory*> known_;  // of each element; in history_
   std::vector<StickSlip> stick_slip_;
   std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_
   std::vector<Vec3> tractions_;
@@ -101,6 +109,7 @@ class Contact final : public Effect {
   std::vector<LoadedParticle> loaded_;   // particles in contact, sorted, with the logarithm of their penalty scale
   std::optional<double> slip_energy_n_;  // at the last accepted increment; empty before the first detection of a stage
   double dissipated_ = 0, adaptation_work_ = 0, limit_work_ = 0;
+  double adaptation_work_in_step_ = 0;
   double coming_adaptation_work_ = 0;  // of penalties adapted at the last commit, which act from the next step on
   int n_searches_ = 0;
 };

@@ -1,12 +1,15 @@
 #include "micro/contact/contact_element.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
 namespace trame::micro {
 
-Friction friction(const ContactElement& element, const StickSlip& stick_slip, const Vec3& relative_position) {
+Friction friction(const StickSlip& stick_slip, const Vec3& relative_position) {
   Friction f;
   if (stick_slip.tangential_stiffness <= 0) return f;
   const double k = stick_slip.tangential_stiffness, limit = stick_slip.slip_limit;
-  const Vec3 trial = stick_slip.traction_start + k * element.tangential(relative_position - stick_slip.x_start);
+  const Vec3 trial = stick_slip.traction_start + k * stick_slip.tangential(relative_position - stick_slip.x_start);
   const double size = trial.norm();
   f.slides = size > limit;
   f.direction = size > 0 ? Vec3(trial / size) : Vec3::Zero();
@@ -23,30 +26,68 @@ Friction friction(const ContactElement& element, const StickSlip& stick_slip, co
   return f;
 }
 
-Touch touch(const FiberPoint& particle, double radius, const Vec3& outward, const Layout& layout, const State& state) {
-  Touch t{particle, {}, 0};
-  if (particle.n_vectors < 3 || radius == 0) return t;
-  Vec2 w = Vec2::Zero();
-  const Vec3* q = state.q.data() + layout.first_vector(particle.first_node);
-  for (int a = 0; a < particle.n_nodes; ++a)
-    for (int v = 0; v < 2; ++v) w[v] += particle.weight[a][0] * outward.dot(q[3 * a + 1 + v]);
-  const double size = w.norm();
-  if (size == 0) return t;  // a section seen edge on has no outermost particle
-  const Vec2 xi = radius / size * w;
-  t.turn = particle;
-  for (int a = 0; a < particle.n_nodes; ++a) {
-    const double n = particle.weight[a][0];
-    t.point.weight[a] = {n, n * xi[0], n * xi[1]};
-    t.turn.weight[a] = {0, -n * xi[1], n * xi[0]};
-  }
-  t.curvature = 1 / (radius * size);
-  return t;
+namespace {
+
+/// The linear form of a section vector at a foot: the shape functions of the centre line of an enriched beam.
+Vec3 section_vector(const FiberPoint& shape, int v, const Layout& layout, const State& state) {
+  const Vec3* q = state.q.data() + layout.first_vector(shape.first_node);
+  Vec3 g = Vec3::Zero();
+  for (int a = 0; a < shape.n_nodes; ++a) g += shape.weight[a][0] * q[3 * a + v];
+  return g;
 }
 
-double ContactElement::gap(const Layout& layout, const State& state) const {
-  const Vec3 x_a = touch(a, radius_a, normal, layout, state).point.evaluate(layout, state);
-  const Vec3 x_b = touch(b, radius_b, -normal, layout, state).point.evaluate(layout, state);
-  return normal.dot(x_b - x_a) - offset;
+/// Support of a section in direction `outward`; returns R |w|.
+double measure_section(const FiberField& field, const State& state, const Foot& foot, double radius,
+                       const Vec3& outward, Gap::Section& section) {
+  section = {};
+  if (field.model(foot.fiber) != FiberModel::enriched) return 0;
+  const auto forms = field.curve_forms(foot.fiber, foot.element, foot.s);
+  const Vec3 g1 = section_vector(forms.r, 1, field.layout(), state), g2 = section_vector(forms.r, 2, field.layout(), state);
+  const Vec2 w(outward.dot(g1), outward.dot(g2));
+  const double size = w.norm();
+  if (size < 1e-6) return 0;  // a section seen edge on has no outermost particle
+  section.w = w / size;
+  section.curvature = radius / size;
+  section.outermost = radius * (section.w[0] * g1 + section.w[1] * g2);
+  section.beside = -section.w[1] * g1 + section.w[0] * g2;
+  return radius * size;
+}
+
+}  // namespace
+
+void measure(const FiberField& field, const State& state, ContactElement& e) {
+  Gap& g = e.measured;
+  const Vec3& c = e.pair.chord.c;
+  const double distance = c.norm();
+  // Axes nearer than 5 % of a radius give no reliable direction: the pair keeps the one that it had.
+  const bool reliable = distance > 0.025 * (e.radius_a + e.radius_b);
+  g.normal = reliable ? Vec3(c / distance) : e.has_side ? e.side : distance > 0 ? Vec3(c / distance) : Vec3::UnitZ();
+  // A direction that turned over since the last increment means that the axes passed through each other: push back.
+  if (reliable && e.has_side && g.normal.dot(e.side) < -0.5) g.normal = -g.normal;
+  g.inverse_distance = reliable ? 1 / g.normal.dot(c) : 0;
+  g.value = g.normal.dot(c) - e.offset -
+            measure_section(field, state, e.pair.chord.a, e.radius_a, g.normal, g.a) -
+            measure_section(field, state, e.pair.chord.b, e.radius_b, -g.normal, g.b);
+  e.normal = g.normal;
+  e.s_a = e.pair.chord.a.s;
+  e.s_b = e.pair.chord.b.s;
+}
+
+void follow(const FiberField& field, const State& state, ContactElement& e) {
+  follow(field, state, e.pair);
+  measure(field, state, e);
+}
+
+void place_particles(const FiberField& field, ContactElement& e) {
+  const auto particle = [&](const Foot& foot, double radius, const Gap::Section& section) {
+    FiberPoint p = field.curve_forms(foot.fiber, foot.element, foot.s).r;
+    if (p.n_vectors == 3)
+      for (int a = 0; a < p.n_nodes; ++a)
+        for (int v = 0; v < 2; ++v) p.weight[a][v + 1] = p.weight[a][0] * radius * section.w[v];
+    return p;
+  };
+  e.a = particle(e.pair.chord.a, e.radius_a, e.measured.a);
+  e.b = particle(e.pair.chord.b, e.radius_b, e.measured.b);
 }
 
 namespace {
@@ -91,56 +132,243 @@ void add_tangent(const LinearForm& form, const Mat3& m, Assembler& assembler) {
           add_block(*form.point[row], i, *form.point[column], j, form.sign[row] * form.sign[column], m, assembler);
 }
 
-void add_tangent(const FiberPoint& point, const Mat3& m, Assembler& assembler) {
-  for (int i = 0; i < point.n_nodes; ++i)
-    for (int j = 0; j < point.n_nodes; ++j) add_block(point, i, point, j, 1, m, assembler);
+bool touches(const FiberPoint& a, const FiberPoint& b, const Assembler& assembler) {
+  return assembler.touches(a.first_node, a.first_node + a.n_nodes - 1) ||
+         assembler.touches(b.first_node, b.first_node + b.n_nodes - 1);
 }
 
-bool touches(const ContactElement& e, const Assembler& assembler) {
-  return assembler.touches(e.a.first_node, e.a.first_node + e.a.n_nodes - 1) ||
-         assembler.touches(e.b.first_node, e.b.first_node + e.b.n_nodes - 1);
+/// Forms of the unknowns of the two elements that a contact couples, as dense vectors: node after node of a, then of b.
+class LocalForms {
+ public:
+  static constexpr int max_size = 54;
+  using Form = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_size, 1>;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_size, max_size>;
+
+  LocalForms(const FiberField& field, const ContactElement& e)
+      : curves_{field.curve_forms(e.fiber_a, e.pair.chord.a.element, e.s_a),
+                field.curve_forms(e.fiber_b, e.pair.chord.b.element, e.s_b)},
+        begin_{0, 3 * curves_[0].r.n_nodes * curves_[0].r.n_vectors},
+        size_(begin_[1] + 3 * curves_[1].r.n_nodes * curves_[1].r.n_vectors) {}
+
+  [[nodiscard]] bool touches(const Assembler& assembler) const {
+    return micro::touches(curves_[0].r, curves_[1].r, assembler);
+  }
+  [[nodiscard]] int size() const { return size_; }
+  [[nodiscard]] Form zero() const { return Form::Zero(size_); }
+  /// form += direction·δr, or ·δr', of side 0 (a) or 1 (b).
+  void add_position(Form& form, int side, const Vec3& direction) const { add(form, side, curves_[side].r, direction); }
+  void add_tangent(Form& form, int side, const Vec3& direction) const {
+    add(form, side, curves_[side].tangent, direction);
+  }
+  /// form += direction·(v₁ δg₁ + v₂ δg₂); nothing for rods.
+  void add_section(Form& form, int side, const Vec2& v, const Vec3& direction) const {
+    const FiberPoint& shape = curves_[side].r;
+    if (shape.n_vectors < 3) return;
+    for (int n = 0; n < shape.n_nodes; ++n)
+      for (int w = 0; w < 2; ++w)
+        form.segment<3>(begin_[side] + 9 * n + 3 * (w + 1)) += shape.weight[n][0] * v[w] * direction;
+  }
+
+  void scatter_force(const Form& force, Assembler& assembler) const {
+    for_each_node([&](Index node, int at, int n_vectors) {
+      if (!assembler.owns(node)) return;
+      for (int v = 0; v < n_vectors; ++v) assembler.add_force(node, v, force.segment<3>(at + 3 * v));
+    });
+  }
+  /// Adds a symmetric matrix of which the lower triangle is given.
+  void scatter_tangent(const Matrix& k, Assembler& assembler) const {
+    for_each_node([&](Index j, int at_j, int n_j) {
+      if (!assembler.owns(j)) return;
+      for_each_node([&](Index i, int at_i, int n_i) {
+        if (i < j) return;
+        const auto block = assembler.block(i, j);
+        for (int c = 0; c < 3 * n_j; ++c)
+          for (int r = 0; r < 3 * n_i; ++r)
+            block.data[static_cast<std::size_t>(c) * block.stride + r] +=
+                at_i + r >= at_j + c ? k(at_i + r, at_j + c) : k(at_j + c, at_i + r);
+      });
+    });
+  }
+
+ private:
+  template <typename Visit>
+  void for_each_node(Visit&& visit) const {
+    for (int side = 0; side < 2; ++side) {
+      const FiberPoint& p = curves_[side].r;
+      for (int n = 0; n < p.n_nodes; ++n) visit(p.first_node + n, begin_[side] + 3 * n * p.n_vectors, p.n_vectors);
+    }
+  }
+  void add(Form& form, int side, const FiberPoint& p, const Vec3& direction) const {
+    for (int n = 0; n < p.n_nodes; ++n)
+      for (int v = 0; v < p.n_vectors; ++v)
+        if (p.weight[n][v] != 0) form.segment<3>(begin_[side] + 3 * (n * p.n_vectors + v)) += p.weight[n][v] * direction;
+  }
+
+  std::array<FiberField::CurveForms, 2> curves_;
+  std::array<int, 2> begin_;
+  int size_;
+};
+
+/// How the feet slide: the forms B_e = δ(∂d/∂e), d = n·c, and A = ∂²d/∂e∂e' along their free directions e, so that the
+/// feet move by −A⁻¹ B.
+struct Sliding {
+  int n = 0;
+  std::array<LocalForms::Form, 2> b;
+  Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  // of A
+};
+
+Sliding sliding(const ContactElement& e, const LocalForms& local) {
+  Sliding s;
+  const Gap& g = e.measured;
+  const Chord& chord = e.pair.chord;
+  if (g.inverse_distance == 0) return s;
+  std::array<Vec3, 2> along;  // ∂c/∂e
+  Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
+  const auto across = [&](const Vec3& v) -> Vec3 { return v - g.normal * g.normal.dot(v); };
+  for (int i = 0; i < chord.n_free; ++i) {
+    const Vec2& f = chord.free[i];
+    along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
+    s.b[i] = local.zero();
+    const Vec3 turn = g.inverse_distance * across(along[i]);
+    local.add_position(s.b[i], 1, turn);
+    local.add_position(s.b[i], 0, -turn);
+    if (f[0] != 0) local.add_tangent(s.b[i], 0, -f[0] * g.normal);
+    if (f[1] != 0) local.add_tangent(s.b[i], 1, f[1] * g.normal);
+    for (int j = 0; j <= i; ++j)
+      a(i, j) = a(j, i) = along[j].dot(turn) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
+                                                             f[0] * chord.free[j][0] * chord.at_a.curvature);
+  }
+  // A valley that is level to round-off holds no foot.
+  if (std::abs(a.determinant()) < 1e-12) return s;
+  s.n = chord.n_free;
+  s.inverse = a.inverse();
+  return s;
 }
 
 }  // namespace
 
-void add_contact_element(const ContactElement& e, const Layout& layout, const State& state, double p_reg,
-                         Assembler& assembler) {
-  if (!touches(e, assembler)) return;
-  const Touch a = touch(e.a, e.radius_a, e.normal, layout, state);
-  const Touch b = touch(e.b, e.radius_b, -e.normal, layout, state);
-  const double gap = e.normal.dot(b.point.evaluate(layout, state) - a.point.evaluate(layout, state)) - e.offset;
-  const double f = penalty_force(gap, e.penalty, p_reg);
+void add_contact_element(const FiberField& field, const ContactElement& e, double p_reg, Assembler& assembler) {
+  const LocalForms local(field, e);
+  if (!local.touches(assembler)) return;
+  const double f = e.force(p_reg);
   if (f <= 0) return;
-  const LinearForm form{{&a.point, &b.point}, {-1, 1}};
-  add_force(form, -f * e.normal, assembler);
+  const Gap& g = e.measured;
+  const Vec3 &n = g.normal, x = g.a.outermost - g.b.outermost;
+  const Sliding slide = sliding(e, local);
+
+  // δg = n·δc − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b),  δn = P δc/(n·c). Left out: that the feet slide to sections
+  // of another size. It is of the order of a section's strain per radius, and jumps where elements join.
+  LocalForms::Form gradient = local.zero();
+  const Vec3 m = n - g.inverse_distance * (x - n * n.dot(x));
+  local.add_position(gradient, 1, m);
+  local.add_position(gradient, 0, -m);
+  local.add_section(gradient, 0, e.radius_a * g.a.w, -n);
+  local.add_section(gradient, 1, e.radius_b * g.b.w, n);
+  local.scatter_force(-f * gradient, assembler);
   if (!assembler.wants_tangent()) return;
-  const Mat3 nn = e.normal * e.normal.transpose();
-  add_tangent(form, penalty_stiffness(gap, e.penalty, p_reg) * nn, assembler);
-  // −f ∇²g: the outline's curvature, which keeps sections from spinning under pressure.
-  if (a.curvature > 0) add_tangent(a.turn, f * a.curvature * nn, assembler);
-  if (b.curvature > 0) add_tangent(b.turn, f * b.curvature * nn, assembler);
+
+  LocalForms::Matrix k = LocalForms::Matrix::Zero(local.size(), local.size());
+  const auto add_square = [&](const LocalForms::Form& form, double factor) {
+    k.template selfadjointView<Eigen::Lower>().rankUpdate(form, factor);
+  };
+  add_square(gradient, e.stiffness(p_reg));
+  // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure.
+  const bool exact = assembler.tangent() == Assembler::Tangent::exact && g.inverse_distance != 0;
+  const auto add_outline = [&](int side, const Gap::Section& section) {
+    if (section.curvature == 0) return;
+    LocalForms::Form turn = local.zero();
+    local.add_section(turn, side, Vec2(-section.w[1], section.w[0]), n);
+    if (exact) {
+      const Vec3 with_normal = g.inverse_distance * (section.beside - n * n.dot(section.beside));
+      local.add_position(turn, 1, with_normal);
+      local.add_position(turn, 0, -with_normal);
+    }
+    add_square(turn, f * section.curvature);
+  };
+  add_outline(0, g.a);
+  add_outline(1, g.b);
+  if (exact) {
+    // The normal turns with the chord, which the feet follow.
+    const Vec3 e1 = n.unitOrthogonal(), e2 = n.cross(e1);
+    const double by_chord = g.inverse_distance + x.dot(n) * g.inverse_distance * g.inverse_distance;
+    for (const Vec3& across : {e1, e2}) {
+      LocalForms::Form chord = local.zero(), sections = local.zero();
+      local.add_position(chord, 1, across);
+      local.add_position(chord, 0, -across);
+      local.add_section(sections, 0, e.radius_a * g.a.w, across);
+      local.add_section(sections, 1, e.radius_b * g.b.w, -across);
+      add_square(chord, -f * by_chord);
+      k.template selfadjointView<Eigen::Lower>().rankUpdate(chord, sections, f * g.inverse_distance);
+    }
+    for (int i = 0; i < slide.n; ++i) {
+      add_square(slide.b[i], f * slide.inverse(i, i));
+      for (int j = 0; j < i; ++j)
+        k.template selfadjointView<Eigen::Lower>().rankUpdate(slide.b[i], slide.b[j], f * slide.inverse(i, j));
+    }
+  }
+  local.scatter_tangent(k, assembler);
 }
 
 void add_friction(const ContactElement& e, const StickSlip& stick_slip, const Layout& layout, const State& state,
                   Assembler& assembler) {
-  if (stick_slip.tangential_stiffness <= 0 || !touches(e, assembler)) return;
-  const Friction t = friction(e, stick_slip, e.relative_position(layout, state));
+  if (stick_slip.tangential_stiffness <= 0 || !touches(e.a, e.b, assembler)) return;
+  const Friction t = friction(stick_slip, e.relative_position(layout, state));
   const LinearForm form{{&e.a, &e.b}, {-1, 1}};
   add_force(form, t.force, assembler);
   if (!assembler.wants_tangent()) return;
-  const Mat3 nn = e.normal * e.normal.transpose();
+  const Mat3 nn = stick_slip.normal * stick_slip.normal.transpose();
   add_tangent(form,
               t.stiffness_across * (Mat3::Identity() - nn) +
                   (t.stiffness_along - t.stiffness_across) * t.direction * t.direction.transpose(),
               assembler);
 }
 
-void announce_contact_element(const ContactElement& e, Pattern::Builder& builder) {
+bool cover_feet(const FiberField& field, ContactElement& e) {
+  constexpr double beside_joint = 0.03;  // of an element: a foot nearer than that may cross the joint
+  bool grown = false;
+  for (int side = 0; side < 2; ++side) {
+    const Foot& foot = side == 0 ? e.pair.chord.a : e.pair.chord.b;
+    auto& [first, last] = e.announced[side];
+    const bool covered = last >= first && foot.element >= first && foot.element <= last;
+    if (covered) continue;
+    grown = true;
+    const double t = foot.s / field.element_length(foot.fiber) - foot.element;
+    if (last < first) first = last = foot.element;
+    first = std::min(first, foot.element - (t < beside_joint && foot.element > 0 ? 1 : 0));
+    const bool next = t > 1 - beside_joint && foot.element + 1 < field.mesh().n_elements(foot.fiber);
+    last = std::max(last, foot.element + (next ? 1 : 0));
+  }
+  return grown;
+}
+
+void announce_contact_element(const FiberField& field, const ContactElement& e, Pattern::Builder& builder) {
+  std::vector<Index> nodes;
+  const auto add = [&](Index fiber, const std::pair<Index, Index>& elements) {
+    const int last = field.model(fiber) == FiberModel::enriched ? 2 : 1;
+    for (Index n = field.element_node(fiber, elements.first); n <= field.element_node(fiber, elements.second) + last; ++n)
+      nodes.push_back(n);
+  };
+  add(e.fiber_a, e.announced[0]);
+  add(e.fiber_b, e.announced[1]);
+  builder.add_clique(nodes);
+}
+
+void announce_fixed_gap(const FixedGap& g, Pattern::Builder& builder) {
   std::array<Index, 6> nodes{};
   int n = 0;
-  for (int i = 0; i < e.a.n_nodes; ++i) nodes[n++] = e.a.first_node + i;
-  for (int i = 0; i < e.b.n_nodes; ++i) nodes[n++] = e.b.first_node + i;
+  for (int i = 0; i < g.a.n_nodes; ++i) nodes[n++] = g.a.first_node + i;
+  for (int i = 0; i < g.b.n_nodes; ++i) nodes[n++] = g.b.first_node + i;
   builder.add_clique({nodes.data(), static_cast<std::size_t>(n)});
+}
+
+void add_fixed_gap(const FixedGap& g, const Layout& layout, const State& state, double p_reg, Assembler& assembler) {
+  if (!touches(g.a, g.b, assembler)) return;
+  const double gap = g.gap(layout, state), f = penalty_force(gap, g.penalty, p_reg);
+  if (f <= 0) return;
+  const LinearForm form{{&g.a, &g.b}, {-1, 1}};
+  add_force(form, -f * g.normal, assembler);
+  if (assembler.wants_tangent())
+    add_tangent(form, penalty_stiffness(gap, g.penalty, p_reg) * g.normal * g.normal.transpose(), assembler);
 }
 
 }  // namespace trame::micro

@@ -1,11 +1,12 @@
 #pragma once
 /// \file
-/// The contact element: two particles, a frozen normal, a penalty force and a friction force. Pure functions of a gap
-/// and a slip.
+/// The contact element: a pair of points that face each other, a gap, a penalty force and a friction force. Pure functions
+/// of a gap and a slip.
 
 #include <algorithm>
+#include <cmath>
 
-#include "micro/fiber/fiber_field.h"
+#include "micro/contact/proximity.h"
 
 namespace trame::micro {
 
@@ -25,18 +26,18 @@ namespace trame::micro {
   const double p = -gap;
   return p <= 0 ? 0 : p < p_reg ? k * p * p * p / (6 * p_reg) : k * (0.5 * p * p - 0.5 * p * p_reg + p_reg * p_reg / 6);
 }
+/// The penetration at which the penalty gives a force: the inverse of `penalty_force`.
+[[nodiscard]] inline double penetration_of_force(double force, double k, double p_reg) {
+  if (force <= 0) return 0;
+  return force < 0.5 * k * p_reg ? std::sqrt(2 * p_reg * force / k) : force / k + 0.5 * p_reg;
+}
 
 /// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes
-/// with 1/k at a given force, and falls by up to 30 % where the penetration stays below a quarter of the target.
-/// Continuous in ratio, also at first touch, so that round-off is not enlarged. Held between 0.1 and 10⁴, because what
-/// is tied in penetration cannot part.
+/// with 1/k at a given force, at most fourfold, and never falls. Held below `largest_penalty_scale`.
+constexpr double largest_penalty_scale = 400;
 [[nodiscard]] constexpr double adapted_penalty_scale(double scale, double ratio) {
-  constexpr double largest_rise = 4, largest_fall = 0.3, low = 0.25, touch = 0.005, smallest_scale = 0.1,
-                   largest_scale = 1e4;
-  double factor = 1;
-  if (ratio > 1) factor = std::min(ratio * ratio, largest_rise);
-  if (ratio > 0 && ratio < low) factor = 1 - largest_fall * std::min(ratio / touch, 1.0) * (1 - ratio / low);
-  return std::clamp(scale * factor, smallest_scale, largest_scale);
+  constexpr double largest_rise = 4;
+  return std::min(scale * std::clamp(ratio * ratio, 1.0, largest_rise), largest_penalty_scale);
 }
 
 /// What history keeps of a contact element between detections, increments and stages.
@@ -48,51 +49,91 @@ struct ContactHistory {
   double penalty_scale = 1;
   bool touches = false;
   double allowance = 0;  ///< penetration that is forgiven at the stage's start, length; see Contact::forgive
+  double length = 0;     ///< of the element; 0: unknown
+  bool point = false;
+  double preload = 0;   ///< see ContactElement
+  bool stuck = false;   ///< see ContactElement
 };
 
-/// A pair of particles that may touch. While n and the arc lengths are frozen, the gap is
-///   g = n·(r_b − r_a) − R_a |w_a| − R_b |w_b| − offset,   w = (n·g₁, n·g₂),
-/// R |w| being the support function of a section in direction n: its outline may turn without changing the gap. (With
+/// The gap of a pair at one state, and what its derivatives need:
+///   g = n·c − R_a |w_a| − R_b |w_b| − offset,   c = r_b − r_a,  n = ±c/|c|,  w = (n·g₁, n·g₂).
+/// R |w| is the support function of a section in direction n: its outline may turn without changing the gap. (With
 /// particles fixed on the outline instead, a squeezed fiber gains energy by spinning out of the way, which only torsion
-/// resists.) Slip is that of the frozen particles a and b.
+/// resists.) The feet are where |c| is stationary, so that they slide along with the fibers.
+struct Gap {
+  /// Of one side; all zero for rods, whose radius is in the offset.
+  struct Section {
+    Vec2 w = Vec2::Zero();             ///< w/|w|
+    double curvature = 0;              ///< R/|w|
+    Vec3 outermost = Vec3::Zero();     ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
+    Vec3 beside = Vec3::Zero();        ///< (−w₂ g₁ + w₁ g₂)/|w|
+  };
+  double value = 0;
+  Vec3 normal = Vec3::UnitZ();  ///< n, from a to b
+  double inverse_distance = 0;  ///< 1/(n·c); 0 where axes are so close that the normal is held
+  Section a, b;
+};
+
+/// A pair of points that may touch.
 struct ContactElement {
+  Proximity pair;  ///< feet and chord at the state last followed
+  std::array<Foot, 2> feet_at_iteration;
   Index fiber_a = 0, fiber_b = 0;
-  double s_a = 0, s_b = 0;  ///< arc lengths of the particles
-  FiberPoint a, b;
+  double s_a = 0, s_b = 0;      ///< arc lengths of the feet
+  /// Elements of either fiber that the couplings announced cover: those of the feet, and the next ones where a foot is
+  /// near a joint.
+  std::array<std::pair<Index, Index>, 2> announced{};
+  FiberPoint a, b;              ///< particles on the outlines (for rods on the centre lines), which friction follows
   double radius_a = 0, radius_b = 0;
   Vec3 normal = Vec3::UnitZ();  ///< from a to b
-  bool crossing = false;        ///< closest approach of fibers that cross, not a sample along them
+  bool crossing = false;        ///< a point, not a sample along a line
+  bool has_side = false;        ///< the side of a on which b lies is known, from history: `side`
+  Vec3 side = Vec3::UnitZ();    ///< normal of the last accepted increment
   double offset = 0;            ///< distance along n at zero gap beyond what the sections account for (radii of rods)
   double length = 0;            ///< length of fiber that the element stands for
   double penalty = 0;           ///< k, force over length
   double penalty_scale = 1;     ///< adapted factor that `penalty` includes
   double allowance = 0;         ///< see ContactHistory; `offset` includes what is still granted of it
+  /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
+  /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
+  double preload = 0;
+  bool stuck = false;           ///< raising the preload changed nothing: what holds the fibers here is not contact
+  double penetration_before = 0;  ///< when the preload was last raised in this increment
+  Gap measured;                   ///< at the state last followed
 
-  /// x_b − x_a of the frozen particles.
+  /// Gap at the state last followed.
+  [[nodiscard]] double gap() const { return measured.value; }
+  /// x_b − x_a of the particles.
   [[nodiscard]] Vec3 relative_position(const Layout& layout, const State& state) const {
     return b.evaluate(layout, state) - a.evaluate(layout, state);
   }
-  [[nodiscard]] double gap(const Layout& layout, const State& state) const;
-  [[nodiscard]] Vec3 tangential(const Vec3& v) const { return v - normal * normal.dot(v); }
+
+  [[nodiscard]] double force(double p_reg) const { return penalty_force(gap() - preload, penalty, p_reg); }
+  [[nodiscard]] double stiffness(double p_reg) const { return penalty_stiffness(gap() - preload, penalty, p_reg); }
+  /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
+  [[nodiscard]] double energy(double p_reg) const {
+    return penalty_energy(gap() - preload, penalty, p_reg) - penalty_energy(-preload, penalty, p_reg);
+  }
 };
+
+/// Measures the gap of the element's chord.
+void measure(const FiberField& field, const State& state, ContactElement& element);
+/// Slides the feet to where they face each other at `state`, and measures the gap.
+void follow(const FiberField& field, const State& state, ContactElement& element);
+/// Lays the particles that friction follows to where the feet are.
+void place_particles(const FiberField& field, ContactElement& element);
 
 /// What friction adds to a contact element. Apart from it, so that contact without friction carries none of this.
 struct StickSlip {
+  Vec3 normal = Vec3::UnitZ();  ///< at the last iteration
   Vec3 x_start = Vec3::Zero();  ///< x_b − x_a of the particles at the start of the step
   Vec3 traction_start =
       Vec3::Zero();  ///< Friction::force at the start of the step, tangential; −traction_start acts on b
-  double tangential_stiffness = 0;  ///< µ N / u_rev with the normal force N at the last detection
+  double tangential_stiffness = 0;  ///< µ N / u_rev with the normal force N at the last iteration
   double slip_limit = 0;            ///< µ N, likewise
-};
 
-/// The outermost particle of a section in a direction, at the current state.
-struct Touch {
-  FiberPoint point;      ///< (s, ξ) with ξ = R w/|w|; for rods the point of the centre line
-  FiberPoint turn;       ///< its derivative by the angle on the outline
-  double curvature = 0;  ///< 1/(R |w|): weight of turn turnᵀ in the Hessian of the support function; 0 for rods
+  [[nodiscard]] Vec3 tangential(const Vec3& v) const { return v - normal * normal.dot(v); }
 };
-[[nodiscard]] Touch touch(const FiberPoint& particle, double radius, const Vec3& outward, const Layout& layout,
-                          const State& state);
 
 /// Friction at a relative position: return mapping of the trial traction onto the disc of radius µN.
 struct Friction {
@@ -103,16 +144,28 @@ struct Friction {
   double dissipated = 0;  ///< limit · irreversible slip of the step
   bool slides = false;
 };
-[[nodiscard]] Friction friction(const ContactElement& element, const StickSlip& stick_slip,
-                                const Vec3& relative_position);
+[[nodiscard]] Friction friction(const StickSlip& stick_slip, const Vec3& relative_position);
 
-/// Adds force and tangent of a contact element: those of the penalty.
-void add_contact_element(const ContactElement& element, const Layout& layout, const State& state, double p_reg,
-                         Assembler& assembler);
+/// Adds force and tangent of the penalty, at the state last followed.
+void add_contact_element(const FiberField& field, const ContactElement& element, double p_reg, Assembler& assembler);
 /// Adds force and tangent of its friction, which couple the same nodes.
 void add_friction(const ContactElement& element, const StickSlip& stick_slip, const Layout& layout, const State& state,
                   Assembler& assembler);
+/// Makes `announced` cover the elements of the feet. Returns whether they were not covered.
+bool cover_feet(const FiberField& field, ContactElement& element);
 /// Announces the couplings of a contact element.
-void announce_contact_element(const ContactElement& element, Pattern::Builder& builder);
+void announce_contact_element(const FiberField& field, const ContactElement& element, Pattern::Builder& builder);
+
+/// A gap between two particles along a direction that stays: n·(x_b − x_a) − offset.
+struct FixedGap {
+  FiberPoint a, b;
+  Vec3 normal = Vec3::UnitZ();
+  double offset = 0, penalty = 0;
+  [[nodiscard]] double gap(const Layout& layout, const State& state) const {
+    return normal.dot(b.evaluate(layout, state) - a.evaluate(layout, state)) - offset;
+  }
+};
+void announce_fixed_gap(const FixedGap& gap, Pattern::Builder& builder);
+void add_fixed_gap(const FixedGap& gap, const Layout& layout, const State& state, double p_reg, Assembler& assembler);
 
 }  // namespace trame::micro

@@ -1,28 +1,34 @@
 #include "micro/contact/proximity.h"
 
-#include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
 namespace trame::micro {
 
 namespace {
 
-constexpr double crossing_cosine = 0.8660254037844387;  // 30°: beyond, samples would miss the closest point
-
 struct Sample {
   Index fiber;
+  Index number;  // along the fiber
   double s;
   Vec3 r, tangent;
+  double curvature;  // |r''|
   std::uint64_t cell;
 };
 
-/// A sample of an intermediate geometry (k = its number) or, with `crossing`, a guess of a closest approach.
+/// Two samples so close that their fibers may touch between them and the next ones.
+struct Near {
+  const Sample *a, *b;
+  double distance;
+};
+
+/// A sample of an intermediate geometry, k = its number, and a guess of u.
 struct Candidate {
   Index fiber_a, fiber_b;
   int sense;
   std::int64_t k;
-  double s_a, s_b, distance;
+  double u, distance;
 };
 
 std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
@@ -31,13 +37,32 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z) {
   return part(x) << 42 | part(y) << 21 | part(z);
 }
 
-double pair_spacing(const FiberField& field, const ProximitySearch& search, Index a, Index b) {
-  return search.spacing * 0.5 * (field.element_length(a) + field.element_length(b));
+double fiber_spacing(const FiberField& field, const ProximitySearch& search, Index fiber) {
+  return search.spacing * field.element_length(fiber);
 }
-
+/// Spacing of the samples of a pair: fine enough for both.
+double pair_spacing(const FiberField& field, const ProximitySearch& search, Index a, Index b) {
+  return search.spacing * std::min(field.element_length(a), field.element_length(b));
+}
+double sum_of_radii(const FiberField& field, Index a, Index b) {
+  return field.mesh().radius[a] + field.mesh().radius[b];
+}
+double smaller_radius(const FiberField& field, Index a, Index b) {
+  return std::min(field.mesh().radius[a], field.mesh().radius[b]);
+}
 double reach(const FiberField& field, const ProximitySearch& search, Index a, Index b) {
-  const double sum = field.mesh().radius[a] + field.mesh().radius[b];
-  return sum * (1 + 0.5 * search.search_margin);
+  return sum_of_radii(field, a, b) * (1 + 0.5 * search.search_margin);
+}
+/// Distance of two samples beyond which no points of their stretches, half a spacing to either side, are in reach.
+/// Arc lengths are those of the start; fibers are stretched by a few per cent at most.
+double sample_reach(const FiberField& field, const ProximitySearch& search, Index a, Index b) {
+  constexpr double stretch = 1.1;
+  return reach(field, search, a, b) +
+         0.5 * stretch * (fiber_spacing(field, search, a) + fiber_spacing(field, search, b));
+}
+/// A fiber is always near itself along its own course.
+double least_arc_between(const FiberField& field, const ProximitySearch& search, Index fiber) {
+  return 6 * field.mesh().radius[fiber] + 2 * fiber_spacing(field, search, fiber);
 }
 
 /// Samples of all fibers, sorted by grid cell.
@@ -45,19 +70,24 @@ std::vector<Sample> sample_fibers(const FiberField& field, const State& state, c
                                   double cell_size) {
   const FiberMesh& mesh = field.mesh();
   std::vector<std::size_t> first(mesh.n_fibers() + 1, 0);
-  for (Index f = 0; f < mesh.n_fibers(); ++f) {
-    const double spacing = search.spacing * field.element_length(f);
-    first[f + 1] = first[f] + static_cast<std::size_t>(std::ceil(mesh.length(f) / spacing - 1e-9));
-  }
+  for (Index f = 0; f < mesh.n_fibers(); ++f)
+    first[f + 1] =
+        first[f] + static_cast<std::size_t>(std::ceil(mesh.length(f) / fiber_spacing(field, search, f) - 1e-9));
   std::vector<Sample> samples(first.back());
 #pragma omp parallel for schedule(static)
   for (Index f = 0; f < mesh.n_fibers(); ++f) {
     const double step = mesh.length(f) / static_cast<double>(first[f + 1] - first[f]);
     for (std::size_t i = first[f]; i < first[f + 1]; ++i) {
       const double s = (static_cast<double>(i - first[f]) + 0.5) * step;
-      const auto [r, tangent] = field.curve(state, f, s);
-      const Eigen::Array<std::int64_t, 3, 1> c = (r / cell_size).array().floor().cast<std::int64_t>();
-      samples[i] = {f, s, r, tangent, cell_key(c[0], c[1], c[2])};
+      const CurveJet jet = field.jet(state, f, field.element_at(f, s), s);
+      const Eigen::Array<std::int64_t, 3, 1> c = (jet.r / cell_size).array().floor().cast<std::int64_t>();
+      samples[i] = {f,
+                    static_cast<Index>(i - first[f]),
+                    s,
+                    jet.r,
+                    jet.tangent,
+                    jet.curvature.norm(),
+                    cell_key(c[0], c[1], c[2])};
     }
   }
   std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
@@ -66,40 +96,26 @@ std::vector<Sample> sample_fibers(const FiberField& field, const State& state, c
   return samples;
 }
 
-/// Adds what two close samples suggest: the two samples of the intermediate geometry around them, or a crossing.
-void suggest(const FiberField& field, const ProximitySearch& search, const Sample* a, const Sample* b,
-             std::vector<Candidate>& sampled, std::vector<Candidate>& crossings) {
+void keep_if_near(const FiberField& field, const ProximitySearch& search, const Sample* a, const Sample* b,
+                  std::vector<Near>& near) {
   if (std::tie(a->fiber, a->s) > std::tie(b->fiber, b->s)) std::swap(a, b);
-  if (a->fiber == b->fiber) {
-    // A fiber is always near itself along its own course.
-    const double r = field.mesh().radius[a->fiber];
-    if (!search.self_contact || b->s - a->s < 6 * r + 2 * search.spacing * field.element_length(a->fiber)) return;
-  }
-  if (search.wanted && !search.wanted(a->fiber, b->fiber)) return;
-  const double spacing = pair_spacing(field, search, a->fiber, b->fiber);
   const double distance = (b->r - a->r).norm();
-  const double contact = reach(field, search, a->fiber, b->fiber);
-  if (distance > std::hypot(contact, spacing)) return;
-  const double cosine = a->tangent.dot(b->tangent) / std::sqrt(a->tangent.squaredNorm() * b->tangent.squaredNorm());
-  const int sense = cosine >= 0 ? 1 : -1;
-  if (std::abs(cosine) < crossing_cosine) {
-    crossings.push_back({a->fiber, b->fiber, sense, 0, a->s, b->s, distance});
+  if (distance > sample_reach(field, search, a->fiber, b->fiber)) return;
+  if (a->fiber == b->fiber &&
+      (!search.self_contact || b->s - a->s < least_arc_between(field, search, a->fiber)))
     return;
-  }
-  const double tau = 0.5 * (a->s + sense * b->s);
-  const auto k = static_cast<std::int64_t>(std::floor(tau / spacing));
-  sampled.push_back({a->fiber, b->fiber, sense, k, a->s, b->s, distance});
-  sampled.push_back({a->fiber, b->fiber, sense, k + 1, a->s, b->s, distance});
+  if (search.wanted && !search.wanted(a->fiber, b->fiber)) return;
+  near.push_back({a, b, distance});
 }
 
-auto order(const Candidate& c) { return std::make_tuple(c.fiber_a, c.fiber_b, c.sense, c.k, c.distance, c.s_a); }
-
-void gather_candidates(const FiberField& field, const ProximitySearch& search, const std::vector<Sample>& samples,
-                       double cell_size, std::vector<Candidate>& sampled, std::vector<Candidate>& crossings) {
+/// All pairs of near samples, sorted by fibers and numbers.
+std::vector<Near> find_near(const FiberField& field, const ProximitySearch& search, const std::vector<Sample>& samples,
+                            double cell_size) {
   // Half of the 27 neighbours, so that each pair of cells is visited once.
   static constexpr int half[13][3] = {{1, 0, 0},  {-1, 1, 0}, {0, 1, 0},  {1, 1, 0}, {-1, -1, 1},
                                       {0, -1, 1}, {1, -1, 1}, {-1, 0, 1}, {0, 0, 1}, {1, 0, 1},
                                       {-1, 1, 1}, {0, 1, 1},  {1, 1, 1}};
+  std::vector<Near> near;
   const auto in_cell = [&](std::uint64_t key) {
     return std::lower_bound(samples.begin(), samples.end(), key,
                             [](const Sample& s, std::uint64_t k) { return s.cell < k; });
@@ -108,167 +124,325 @@ void gather_candidates(const FiberField& field, const ProximitySearch& search, c
     auto end = begin;
     while (end != samples.end() && end->cell == begin->cell) ++end;
     for (auto i = begin; i != end; ++i)
-      for (auto j = i + 1; j != end; ++j) suggest(field, search, &*i, &*j, sampled, crossings);
+      for (auto j = i + 1; j != end; ++j) keep_if_near(field, search, &*i, &*j, near);
     const Eigen::Array<std::int64_t, 3, 1> c = (begin->r / cell_size).array().floor().cast<std::int64_t>();
     for (const auto& d : half) {
       const std::uint64_t key = cell_key(c[0] + d[0], c[1] + d[1], c[2] + d[2]);
       for (auto j = in_cell(key); j != samples.end() && j->cell == key; ++j)
-        for (auto i = begin; i != end; ++i) suggest(field, search, &*i, &*j, sampled, crossings);
+        for (auto i = begin; i != end; ++i) keep_if_near(field, search, &*i, &*j, near);
     }
     begin = end;
   }
+  const auto key = [](const Near& n) { return std::make_tuple(n.a->fiber, n.b->fiber, n.a->number, n.b->number); };
+  std::sort(near.begin(), near.end(), [&](const Near& m, const Near& n) { return key(m) < key(n); });
+  return near;
 }
 
-/// Solves the sampled candidates in parallel; keeps those in reach.
-std::vector<Proximity> solve_sampled(const FiberField& field, const State& state, const ProximitySearch& search,
-                                     const std::vector<Candidate>& candidates) {
-  std::vector<Proximity> found(candidates.size());
-  std::vector<char> keep(candidates.size(), 0);
-#pragma omp parallel for schedule(static)
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const Candidate& c = candidates[i];
-    Proximity& p = found[i];
-    p.fiber_a = c.fiber_a;
-    p.fiber_b = c.fiber_b;
-    p.length = pair_spacing(field, search, c.fiber_a, c.fiber_b);
-    double u = 0.5 * (c.s_a - c.sense * c.s_b);
-    keep[i] = intermediate_chord(field, state, p, c.sense, static_cast<double>(c.k) * p.length, u) &&
-              p.chord.norm() <= reach(field, search, c.fiber_a, c.fiber_b);
+double cosine(const Near& n) {
+  return n.a->tangent.dot(n.b->tangent) / std::sqrt(n.a->tangent.squaredNorm() * n.b->tangent.squaredNorm());
+}
+
+/// Sense of two stretches. About a right angle either will do; one that round-off cannot change is taken.
+int sense_of(double cosine) { return cosine >= -0.1 ? 1 : -1; }
+
+/// Bounds of the second derivative of the distance along the valley, from what is known at two samples: straight fibers
+/// give 2(1 − |cos θ|)/d, and each curvature takes or gives as much as itself.
+struct ValleyBounds {
+  double low, high;
+};
+ValleyBounds valley_bounds(const FiberField& field, const Near& n) {
+  const double straight = 2 * (1 - std::abs(cosine(n))) / sum_of_radii(field, n.a->fiber, n.b->fiber);
+  const double bent = n.a->curvature + n.b->curvature;
+  return {0.5 * straight - bent, 4 * (straight + bent)};
+}
+
+double rise_over_half_spacing(double curvature, double spacing) { return 0.125 * curvature * spacing * spacing; }
+
+/// Second derivative by τ of the distance, u following.
+double valley_curvature(const Chord& chord, double sense, double least_distance) {
+  const Eigen::Matrix2d h = chord.hessian();
+  const Vec2 along(1, sense), across(1, -sense);
+  const double aa = along.dot(h * along), ac = along.dot(h * across), cc = across.dot(h * across);
+  const double d = std::max(chord.c.norm(), least_distance), slope = along.dot(chord.slope());
+  return (cc > 0 ? aa - ac * ac / cc : aa) / d - slope * slope / (d * d * d);
+}
+
+double smooth_step(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x * x * (3 - 2 * x);
+}
+
+/// The numbers of the samples that may lie in the stretches of two near ones, half a spacing to either side, with the
+/// guess of u that they give.
+void suggest_samples(const FiberField& field, const ProximitySearch& search, const Near& n,
+                     std::vector<Candidate>& candidates) {
+  const Sample &a = *n.a, &b = *n.b;
+  const double spacing = pair_spacing(field, search, a.fiber, b.fiber);
+  const double radius = smaller_radius(field, a.fiber, b.fiber);
+  if (share_of_samples(rise_over_half_spacing(valley_bounds(field, n).low, spacing), radius) == 0) return;
+  const int sense = sense_of(cosine(n));
+  const double tau = 0.5 * (a.s + sense * b.s), u = 0.5 * (a.s - sense * b.s);
+  const double extent = 0.2501 * (fiber_spacing(field, search, a.fiber) + fiber_spacing(field, search, b.fiber));
+  const auto last = static_cast<std::int64_t>(std::floor((tau + extent) / spacing));
+  for (auto k = static_cast<std::int64_t>(std::ceil((tau - extent) / spacing)); k <= last; ++k)
+    candidates.push_back({a.fiber, b.fiber, sense, k, u, n.distance});
+}
+
+/// The part of the cell ½ spacing to either side of τ within which both feet are on their fibers, as seen from `chord`
+/// at τ; empty where low ≥ high.
+struct Covered {
+  double low, high;
+};
+Covered covered_part(const FiberField& field, const Chord& chord, double sense, double tau, double spacing) {
+  const Eigen::Matrix2d h = chord.hessian();
+  const Vec2 along(1, sense), across(1, -sense);
+  const double cc = across.dot(h * across);
+  const double du = cc > 0 ? std::clamp(-along.dot(h * across) / cc, -0.9, 0.9) : 0;  // du/dτ
+  Covered part{tau - 0.5 * spacing, tau + 0.5 * spacing};
+  const auto cut = [&](const Foot& foot, double rate) {  // rate: ds/dτ
+    const double to_start = tau - foot.s / rate, to_end = tau + (field.mesh().length(foot.fiber) - foot.s) / rate;
+    part.low = std::max(part.low, std::min(to_start, to_end));
+    part.high = std::min(part.high, std::max(to_start, to_end));
+  };
+  cut(chord.a, 1 + du);
+  cut(chord.b, sense * (1 - du));
+  return part;
+}
+
+/// A sample of the intermediate geometry; nothing where its fibers are apart, or touch at a point only.
+std::optional<Proximity> make_sample(const FiberField& field, const State& state, const ProximitySearch& search,
+                                     const Candidate& c) {
+  const double spacing = pair_spacing(field, search, c.fiber_a, c.fiber_b);
+  const double radius = smaller_radius(field, c.fiber_a, c.fiber_b), contact = reach(field, search, c.fiber_a, c.fiber_b);
+  const double within = 2 * (fiber_spacing(field, search, c.fiber_a) + fiber_spacing(field, search, c.fiber_b));
+  double tau = static_cast<double>(c.k) * spacing;
+  auto chord = chord_at_mean_arc_length(field, state, c.fiber_a, c.fiber_b, c.sense, tau, c.u, within);
+  if (!chord || chord->c.norm() > 2 * contact + spacing) return std::nullopt;
+  // A sample near an end stands for what its fibers cover of its cell, from the middle of that.
+  const Covered part = covered_part(field, *chord, c.sense, tau, spacing);
+  if (part.high - part.low < 1e-6 * spacing) return std::nullopt;
+  if (part.high - part.low < (1 - 1e-9) * spacing) {
+    const double u = 0.5 * (chord->a.s - c.sense * chord->b.s);
+    tau = 0.5 * (part.low + part.high);
+    chord = chord_at_mean_arc_length(field, state, c.fiber_a, c.fiber_b, c.sense, tau, u, within);
+    if (!chord) return std::nullopt;
   }
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < found.size(); ++i)
-    if (keep[i]) found[n++] = found[i];
-  found.resize(n);
-  return found;
+  if (chord->c.norm() > contact) return std::nullopt;
+  if (c.fiber_a == c.fiber_b && chord->b.s - chord->a.s < least_arc_between(field, search, c.fiber_a))
+    return std::nullopt;
+  const double curvature = valley_curvature(*chord, c.sense, 0.5 * sum_of_radii(field, c.fiber_a, c.fiber_b));
+  const double share = share_of_samples(rise_over_half_spacing(curvature, spacing), radius);
+  if (share == 0) return std::nullopt;
+  return Proximity{*chord, share * (part.high - part.low), false, static_cast<double>(c.sense), tau};
 }
 
-/// Solves crossings, nearest guesses first; guesses of the same crossing give one element.
-void solve_crossings(const FiberField& field, const State& state, const ProximitySearch& search,
-                     const std::vector<Candidate>& candidates, std::vector<Proximity>& found) {
-  const std::size_t n_sampled = found.size();
-  for (auto begin = candidates.begin(); begin != candidates.end();) {
-    auto end = begin;
-    while (end != candidates.end() && end->fiber_a == begin->fiber_a && end->fiber_b == begin->fiber_b) ++end;
-    const double contact = reach(field, search, begin->fiber_a, begin->fiber_b);
-    const double same = 2 * contact + pair_spacing(field, search, begin->fiber_a, begin->fiber_b);
-    const std::size_t first = found.size();
-    // Where the fibers already meet in samples, beside a stretch at a smaller angle, there is no crossing to add.
-    const auto of_pair = std::equal_range(
-        found.begin(), found.begin() + static_cast<std::ptrdiff_t>(n_sampled), *begin,
-        [](const auto& p, const auto& q) { return std::tie(p.fiber_a, p.fiber_b) < std::tie(q.fiber_a, q.fiber_b); });
-    const std::vector<Proximity> sampled(of_pair.first, of_pair.second);
-    const auto known = [&](double s_a, double s_b) {
-      const auto near = [&](const Proximity& p) {
-        return std::abs(p.s_a - s_a) < same && std::abs(p.s_b - s_b) < same;
+/// Which share of its surroundings a foot's fiber covers: half at an end.
+double covered_share(const FiberField& field, const Foot& foot) {
+  const double reach = 2 * field.mesh().radius[foot.fiber];
+  return std::min({1.0, 0.5 + foot.s / reach, 0.5 + (field.mesh().length(foot.fiber) - foot.s) / reach});
+}
+
+/// A point contact; nothing where its fibers are apart, or stay at this distance along a line.
+std::optional<Proximity> make_point(const FiberField& field, const State& state, const ProximitySearch& search,
+                                    const Foot& a, const Foot& b) {
+  const double spacing = pair_spacing(field, search, a.fiber, b.fiber);
+  const double within = 2 * (fiber_spacing(field, search, a.fiber) + fiber_spacing(field, search, b.fiber));
+  const auto chord = shortest_chord(field, state, a, b, within);
+  if (!chord || chord->c.norm() > reach(field, search, a.fiber, b.fiber)) return std::nullopt;
+  if (a.fiber == b.fiber && chord->b.s - chord->a.s < least_arc_between(field, search, a.fiber)) return std::nullopt;
+  const double sum = sum_of_radii(field, a.fiber, b.fiber), d = std::max(chord->c.norm(), 0.5 * sum);
+  const int sense = sense_of(chord->at_a.tangent.dot(chord->at_b.tangent) /
+                             (chord->at_a.tangent.norm() * chord->at_b.tangent.norm()));
+  const auto at_end = [&](const Foot& f) { return f.s <= 0 || f.s >= field.mesh().length(f.fiber); };
+  if (at_end(chord->a) && at_end(chord->b)) return std::nullopt;  // tips have no contact with tips
+  // From an end the distance rises at once. Where elements join at an angle it does too, but that is not the fibers'.
+  double rise = rise_over_half_spacing(valley_curvature(*chord, sense, 0.5 * sum), spacing);
+  if (at_end(chord->a)) rise += std::abs(chord->slope()[0]) / d * 0.5 * spacing;
+  if (at_end(chord->b)) rise += std::abs(chord->slope()[1]) / d * 0.5 * spacing;
+  const double share = 1 - share_of_samples(rise, smaller_radius(field, a.fiber, b.fiber));
+  if (share < 1e-6) return std::nullopt;
+  const double covered = std::min(covered_share(field, chord->a), covered_share(field, chord->b));
+  return Proximity{*chord, share * covered * sum, true, static_cast<double>(sense), 0};
+}
+
+/// Pairs of samples of two fibers that are nearer than their neighbours along either fiber or both.
+bool is_nearest_around(const Near* begin, const Near* end, const Near& n) {
+  const auto key = [](const Near& m) { return std::make_pair(m.a->number, m.b->number); };
+  for (Index i = n.a->number - 1; i <= n.a->number + 1; ++i) {
+    const auto first = std::make_pair(i, n.b->number - 1), last = std::make_pair(i, n.b->number + 1);
+    for (auto m = std::lower_bound(begin, end, first, [&](const Near& x, const auto& k) { return key(x) < k; });
+         m != end && key(*m) <= last; ++m)
+      if (m->distance < n.distance) return false;
+  }
+  return true;
+}
+
+/// The range of `near` of each pair of fibers.
+std::vector<std::pair<const Near*, const Near*>> by_fibers(const std::vector<Near>& near) {
+  std::vector<std::pair<const Near*, const Near*>> ranges;
+  for (const Near *n = near.data(), *end = n + near.size(); n != end;) {
+    const Near* first = n;
+    while (n != end && n->a->fiber == first->a->fiber && n->b->fiber == first->b->fiber) ++n;
+    ranges.emplace_back(first, n);
+  }
+  return ranges;
+}
+
+/// What two fibers have in common: their samples and points.
+class PairSearch {
+ public:
+  PairSearch(const FiberField& field, const State& state, const ProximitySearch& search, const Near* begin,
+             const Near* end)
+      : field_(field), state_(state), search_(search), begin_(begin), end_(end) {}
+
+  [[nodiscard]] std::vector<Proximity> find() {
+    add_samples();
+    add_points();
+    cover();
+    std::sort(found_.begin(), found_.end(), [](const Proximity& p, const Proximity& q) {
+      return std::make_tuple(p.s_a(), p.s_b(), p.point) < std::make_tuple(q.s_a(), q.s_b(), q.point);
+    });
+    return std::move(found_);
+  }
+
+ private:
+  void add_samples() {
+    std::vector<Candidate> candidates;
+    for (const Near* n = begin_; n != end_; ++n) suggest_samples(field_, search_, *n, candidates);
+    std::sort(candidates.begin(), candidates.end(), [](const Candidate& p, const Candidate& q) {
+      return std::tie(p.sense, p.k, p.distance, p.u) < std::tie(q.sense, q.k, q.distance, q.u);
+    });
+    // The nearest guess stands for a sample; one that is far from it is another place at the same mean arc length.
+    std::vector<double> solved;
+    const Candidate* last = nullptr;
+    for (const Candidate& c : candidates) {
+      const double apart =
+          fiber_spacing(field_, search_, c.fiber_a) + fiber_spacing(field_, search_, c.fiber_b);
+      if (!last || last->sense != c.sense || last->k != c.k) solved.clear();
+      last = &c;
+      if (std::any_of(solved.begin(), solved.end(), [&](double u) { return std::abs(u - c.u) < apart; })) continue;
+      solved.push_back(c.u);
+      if (const auto p = make_sample(field_, state_, search_, c); p && !is_known(*p)) found_.push_back(*p);
+    }
+  }
+
+  void add_points() {
+    const double spacing = pair_spacing(field_, search_, begin_->a->fiber, begin_->b->fiber);
+    const double radius = smaller_radius(field_, begin_->a->fiber, begin_->b->fiber);
+    for (const Near* n = begin_; n != end_; ++n) {
+      const bool at_end = is_last(*n->a) || is_last(*n->b);
+      if (!at_end &&
+          share_of_samples(rise_over_half_spacing(valley_bounds(field_, *n).high, spacing), radius) == 1)
+        continue;
+      if (is_nearest_around(begin_, end_, *n)) add_point(*n);
+    }
+  }
+
+  /// Two samples whose tangents come closer than touching between them and their neighbours, without a contact nearby:
+  /// a place that both searches missed.
+  void cover() {
+    for (const Near* n = begin_; n != end_; ++n) {
+      const Sample &a = *n->a, &b = *n->b;
+      const double h_a = fiber_spacing(field_, search_, a.fiber), h_b = fiber_spacing(field_, search_, b.fiber);
+      const Vec3 c = b.r - a.r;
+      const double ta = a.tangent.squaredNorm(), tb = b.tangent.squaredNorm(), ab = a.tangent.dot(b.tangent);
+      const double determinant = std::max(ta * tb - ab * ab, 1e-3 * ta * tb);
+      const double along_a = c.dot(a.tangent), along_b = c.dot(b.tangent);
+      const double x = std::clamp((tb * along_a - ab * along_b) / determinant, -0.5 * h_a, 0.5 * h_a);
+      const double y = std::clamp((ab * x - along_b) / tb, -0.5 * h_b, 0.5 * h_b);
+      const double bulge = 0.125 * (a.curvature * h_a * h_a + b.curvature * h_b * h_b);
+      if ((c + y * b.tangent - x * a.tangent).norm() > sum_of_radii(field_, a.fiber, b.fiber) + bulge) continue;
+      const auto beside = [&](const Proximity& p) {
+        return std::abs(p.s_a() - a.s) < 1.5 * h_a && std::abs(p.s_b() - b.s) < 1.5 * h_b;
       };
-      return std::any_of(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), near) ||
-             std::any_of(sampled.begin(), sampled.end(), near);
-    };
-    for (auto c = begin; c != end; ++c) {
-      if (known(c->s_a, c->s_b)) continue;
-      Proximity p;
-      p.fiber_a = c->fiber_a;
-      p.fiber_b = c->fiber_b;
-      p.s_a = c->s_a;
-      p.s_b = c->s_b;
-      p.length = field.mesh().radius[p.fiber_a] + field.mesh().radius[p.fiber_b];
-      p.crossing = true;
-      if (closest_approach(field, state, p) && p.chord.norm() <= contact && !known(p.s_a, p.s_b)) found.push_back(p);
+      if (std::none_of(found_.begin(), found_.end(), beside)) add_point(*n);
     }
-    begin = end;
   }
-}
 
-/// Whether s lies on a fiber. Round-off at an end does not decide: what is off by less than 1e-6 of the length is put
-/// on it.
-bool settle_on_fiber(double& s, double length) {
-  const double inside = std::clamp(s, 0.0, length);
-  const bool on_fiber = std::abs(s - inside) <= 1e-6 * length;
-  if (on_fiber) s = inside;
-  return on_fiber;
-}
+  void add_point(const Near& n) {
+    const Sample &a = *n.a, &b = *n.b;
+    const auto p = make_point(field_, state_, search_, {a.fiber, a.s, field_.element_at(a.fiber, a.s)},
+                              {b.fiber, b.s, field_.element_at(b.fiber, b.s)});
+    if (!p || is_known(*p)) return;
+    found_.push_back(*p);
+    add_points_across_joints(*p);
+  }
+
+  /// Where elements of an enriched fiber join at an angle that is hollow toward the other fiber, there is a lowest point
+  /// to either side.
+  void add_points_across_joints(const Proximity& p) {
+    const std::vector<Foot> as = across_joint(p.chord.a), bs = across_joint(p.chord.b);
+    for (const Foot& a : as)
+      for (const Foot& b : bs) {
+        if (a.s == p.s_a() && b.s == p.s_b()) continue;
+        if (const auto other = make_point(field_, state_, search_, a, b); other && !is_known(*other))
+          found_.push_back(*other);
+      }
+  }
+
+  /// The foot itself and, near a joint, its mirror image.
+  [[nodiscard]] std::vector<Foot> across_joint(const Foot& foot) const {
+    constexpr double near = 0.1;
+    std::vector<Foot> feet = {foot};
+    if (field_.model(foot.fiber) != FiberModel::enriched) return feet;
+    const double h = field_.element_length(foot.fiber), at = std::round(foot.s / h) * h, apart = foot.s - at;
+    if (at < 0.5 * h || at > field_.mesh().length(foot.fiber) - 0.5 * h || std::abs(apart) > near * h) return feet;
+    const double s = at - (std::abs(apart) > 1e-3 * h ? apart : std::copysign(0.02 * h, apart));
+    feet.push_back({foot.fiber, s, field_.element_at(foot.fiber, s)});
+    return feet;
+  }
+
+  [[nodiscard]] bool is_last(const Sample& s) const {
+    return s.number == 0 || s.s + fiber_spacing(field_, search_, s.fiber) > field_.mesh().length(s.fiber);
+  }
+
+  /// Whether the same place was found from another guess.
+  [[nodiscard]] bool is_known(const Proximity& p) const {
+    const double same = 1e-3 * smaller_radius(field_, p.fiber_a(), p.fiber_b());
+    return std::any_of(found_.begin(), found_.end(), [&](const Proximity& q) {
+      return q.point == p.point && std::abs(p.s_a() - q.s_a()) < same && std::abs(p.s_b() - q.s_b()) < same;
+    });
+  }
+
+  const FiberField& field_;
+  const State& state_;
+  const ProximitySearch& search_;
+  const Near *begin_, *end_;
+  std::vector<Proximity> found_;
+};
 
 }  // namespace
 
-bool intermediate_chord(const FiberField& field, const State& state, Proximity& pair, double sense, double tau,
-                        double& u) {
-  const double length_a = field.mesh().length(pair.fiber_a), length_b = field.mesh().length(pair.fiber_b);
-  const double tolerance = 1e-10 * (length_a + length_b);
-  double du = 0;
-  for (int iteration = 0; iteration < 30; ++iteration) {
-    pair.s_a = tau + u;
-    pair.s_b = sense * (tau - u);
-    // Iterates may overshoot an end; a solution may not.
-    const auto a = field.curve(state, pair.fiber_a, std::clamp(pair.s_a, 0.0, length_a));
-    const auto b = field.curve(state, pair.fiber_b, std::clamp(pair.s_b, 0.0, length_b));
-    const Vec3 tangent = a.tangent + sense * b.tangent;
-    pair.chord = b.r - a.r;
-    du = pair.chord.dot(tangent) / tangent.squaredNorm();
-    if (std::abs(du) < tolerance) return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
-    u += du;
-  }
-  return false;
-}
-
-bool closest_approach(const FiberField& field, const State& state, Proximity& pair) {
-  const double length_a = field.mesh().length(pair.fiber_a), length_b = field.mesh().length(pair.fiber_b);
-  const double tolerance = 1e-10 * (length_a + length_b);
-  for (int iteration = 0; iteration < 30; ++iteration) {
-    const auto a = field.curve(state, pair.fiber_a, std::clamp(pair.s_a, 0.0, length_a));
-    const auto b = field.curve(state, pair.fiber_b, std::clamp(pair.s_b, 0.0, length_b));
-    pair.chord = b.r - a.r;
-    Eigen::Matrix2d m;
-    m << a.tangent.squaredNorm(), -a.tangent.dot(b.tangent), -a.tangent.dot(b.tangent), b.tangent.squaredNorm();
-    const Vec2 step = m.inverse() * Vec2(pair.chord.dot(a.tangent), -pair.chord.dot(b.tangent));
-    if (!step.allFinite()) return false;
-    if (step.norm() < tolerance) return settle_on_fiber(pair.s_a, length_a) && settle_on_fiber(pair.s_b, length_b);
-    pair.s_a += step[0];
-    pair.s_b += step[1];
-  }
-  return false;
-}
-
-Proximity facing(const FiberField& field, const State& state, Proximity pair) {
-  const auto a = field.curve(state, pair.fiber_a, pair.s_a), b = field.curve(state, pair.fiber_b, pair.s_b);
-  const Vec3 chord = b.r - a.r;
-  if (pair.crossing) {
-    const Vec3 normal = a.tangent.cross(b.tangent).normalized();
-    pair.chord = normal.dot(chord) * normal;
-  } else {
-    const double sense = a.tangent.dot(b.tangent) >= 0 ? 1 : -1;
-    const Vec3 tangent = (a.tangent + sense * b.tangent).normalized();
-    pair.chord = chord - tangent.dot(chord) * tangent;
-  }
-  return pair;
+double share_of_samples(double rise, double radius) {
+  constexpr double all = 0.005, none = 0.03;  // of a radius: what a contact's penetration may be
+  return 1 - smooth_step((rise / radius - all) / (none - all));
 }
 
 std::vector<Proximity> find_proximities(const FiberField& field, const State& state, const ProximitySearch& search) {
   const FiberMesh& mesh = field.mesh();
-  double largest_reach = 0;
-  for (Index f = 0; f < mesh.n_fibers(); ++f)
-    largest_reach = std::max(largest_reach, std::hypot(reach(field, search, f, f), pair_spacing(field, search, f, f)));
   if (mesh.n_fibers() == 0) return {};
-  const std::vector<Sample> samples = sample_fibers(field, state, search, largest_reach);
-
-  std::vector<Candidate> sampled, crossings;
-  gather_candidates(field, search, samples, largest_reach, sampled, crossings);
-  const auto by_order = [](const Candidate& a, const Candidate& b) { return order(a) < order(b); };
-  const auto same_sample = [](const Candidate& a, const Candidate& b) {
-    return a.fiber_a == b.fiber_a && a.fiber_b == b.fiber_b && a.sense == b.sense && a.k == b.k;
-  };
-  std::sort(sampled.begin(), sampled.end(), by_order);
-  // The nearest candidate stands for a sample. Of two places where fibers meet at the same mean arc length only that
-  // one is kept.
-  sampled.erase(std::unique(sampled.begin(), sampled.end(), same_sample), sampled.end());
-  for (Candidate& c : crossings) c.sense = 0;
-  std::sort(crossings.begin(), crossings.end(), by_order);
-
-  std::vector<Proximity> found = solve_sampled(field, state, search, sampled);
-  solve_crossings(field, state, search, crossings, found);
-  std::sort(found.begin(), found.end(), [](const Proximity& a, const Proximity& b) {
-    return std::tie(a.fiber_a, a.fiber_b, a.s_a, a.s_b) < std::tie(b.fiber_a, b.fiber_b, b.s_a, b.s_b);
-  });
+  double cell_size = 0;
+  for (Index f = 0; f < mesh.n_fibers(); ++f) cell_size = std::max(cell_size, sample_reach(field, search, f, f));
+  const std::vector<Sample> samples = sample_fibers(field, state, search, cell_size);
+  const std::vector<Near> near = find_near(field, search, samples, cell_size);
+  const auto pairs = by_fibers(near);
+  std::vector<std::vector<Proximity>> of_pair(pairs.size());
+#pragma omp parallel for schedule(dynamic, 64)
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    of_pair[i] = PairSearch(field, state, search, pairs[i].first, pairs[i].second).find();
+  std::vector<Proximity> found;
+  for (const auto& part : of_pair) found.insert(found.end(), part.begin(), part.end());
   return found;
+}
+
+void follow(const FiberField& field, const State& state, Proximity& pair) {
+  const Foot &a = pair.chord.a, &b = pair.chord.b;
+  const double within = std::max(field.element_length(a.fiber), field.element_length(b.fiber));
+  const auto chord =
+      pair.point ? shortest_chord(field, state, a, b, within)
+                 : chord_at_mean_arc_length(field, state, a.fiber, b.fiber, pair.sense, pair.mean_arc_length,
+                                            0.5 * (a.s - pair.sense * b.s), within);
+  pair.chord = chord ? *chord : chord_between(field, state, a, b);
 }
 
 }  // namespace trame::micro

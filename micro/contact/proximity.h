@@ -1,25 +1,33 @@
 #pragma once
 /// \file
-/// Where fibers come close: proximity zones and their intermediate geometry, found with a grid in O(n log n).
+/// Where fibers come close: found with a grid in O(n log n), as samples along stretches that stay close and as points
+/// where one place is closest.
 ///
-/// Two stretches that run side by side have as intermediate geometry the midpoints of the chords that are normal to the
-/// mean tangent, parametrised by the mean arc length τ = ½(s_a + σ s_b), σ = ±1 their sense. It is sampled at multiples
-/// of a spacing, so that a sample keeps its identity while the fibers move. Stretches that cross at more than 30° meet
-/// in one point of closest approach. Swapping a and b changes nothing.
+/// Of two fibers that come near each other the distance d(s_a, s_b) has a valley. Where the valley is flat, fibers touch
+/// along a line: it is sampled at multiples of a spacing of the mean arc length τ = ½(s_a + σ s_b), σ = ±1 their sense, so
+/// that a sample keeps its identity while the fibers move. Where it is steep they touch at its lowest point. What tells
+/// them apart is how far d rises over half a spacing, not an angle: fibers that wind around each other stay at one
+/// distance at any angle. In between both kinds act, with weights that add up to one and go over into each other.
+/// Swapping a and b changes nothing.
 
 #include <functional>
 
-#include "micro/fiber/fiber_field.h"
+#include "micro/contact/closest_points.h"
 
 namespace trame::micro {
 
-/// A pair of particles on the centre lines, a < b (or s_a < s_b on one fiber).
+/// A pair of points on the centre lines, a < b (or s_a < s_b on one fiber).
 struct Proximity {
-  Index fiber_a = 0, fiber_b = 0;
-  double s_a = 0, s_b = 0;
-  Vec3 chord = Vec3::Zero();  ///< r_b − r_a
-  double length = 0;          ///< length of fiber that the sample stands for
-  bool crossing = false;      ///< closest approach of fibers that cross
+  Chord chord;
+  double length = 0;   ///< length of contact that it stands for
+  bool point = false;  ///< the shortest chord nearby, not a sample along a line
+  double sense = 1;    ///< σ and τ of a sample
+  double mean_arc_length = 0;
+
+  [[nodiscard]] Index fiber_a() const { return chord.a.fiber; }
+  [[nodiscard]] Index fiber_b() const { return chord.b.fiber; }
+  [[nodiscard]] double s_a() const { return chord.a.s; }
+  [[nodiscard]] double s_b() const { return chord.b.s; }
 };
 
 struct ProximitySearch {
@@ -29,19 +37,16 @@ struct ProximitySearch {
   std::function<bool(Index, Index)> wanted;  ///< pairs of fibers to look at; empty: all
 };
 
-/// The same particles with the chord that they have at another state, less what of it is not normal to the fibers
-/// there.
-[[nodiscard]] Proximity facing(const FiberField& field, const State& state, Proximity pair);
-
 /// All proximities, sorted by fibers and arc length. Result and order depend on the state alone.
 [[nodiscard]] std::vector<Proximity> find_proximities(const FiberField& field, const State& state,
                                                       const ProximitySearch& search);
 
-/// The chord normal to the mean tangent at mean arc length tau; false where it leaves a fiber. `u` is a first guess
-/// of ½(s_a − σ s_b) and gets the solution.
-[[nodiscard]] bool intermediate_chord(const FiberField& field, const State& state, Proximity& pair, double sense,
-                                      double tau, double& u);
-/// Closest approach of two fibers from a first guess in `pair`; false where it lies outside of a fiber.
-[[nodiscard]] bool closest_approach(const FiberField& field, const State& state, Proximity& pair);
+/// The same pair at another state: feet have slid to where the chord is shortest, at the mean arc length of a sample.
+/// Where they would slide out of reach they stay.
+void follow(const FiberField& field, const State& state, Proximity& pair);
+
+/// Which share of a contact samples stand for, the rest being a point's, where the distance rises by `rise` over half a
+/// spacing: 1 up to 0.005 R, 0 from 0.03 R on, smooth between.
+[[nodiscard]] double share_of_samples(double rise, double radius);
 
 }  // namespace trame::micro

@@ -18,6 +18,7 @@ class EnrichedBeams final : public Effect {
                 bool twist_stretch);
 
   [[nodiscard]] std::string_view name() const override { return "enriched beams"; }
+  [[nodiscard]] bool is_elastic() const override { return true; }
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;

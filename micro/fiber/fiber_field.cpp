@@ -53,6 +53,44 @@ CurvePointAndTangent FiberField::curve(const State& state, Index fiber, double s
   return {n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3], d[0] * q[0] + d[1] * q[1] + d[2] * q[2] + d[3] * q[3]};
 }
 
+CurveJet FiberField::jet(const State& state, Index fiber, Index element, double s) const {
+  const double h = element_length_[fiber], t = 2 * (s / h - element) - 1;
+  const Vec3* q = state.q.data() + layout_->first_vector(element_node(fiber, element));
+  if (models_[fiber] == FiberModel::enriched) {
+    const auto n = quadratic_shape(t), d = quadratic_shape_derivative(t);
+    return {n[0] * q[0] + n[1] * q[3] + n[2] * q[6], (2 / h) * (d[0] * q[0] + d[1] * q[3] + d[2] * q[6]),
+            (4 / (h * h)) * (q[0] - 2 * q[3] + q[6])};
+  }
+  const auto n = hermite_shape(t, h), d = hermite_shape_derivative(t, h), c = hermite_shape_second_derivative(t, h);
+  const auto sum = [q](const std::array<double, 4>& w) -> Vec3 {
+    return w[0] * q[0] + w[1] * q[1] + w[2] * q[2] + w[3] * q[3];
+  };
+  return {sum(n), sum(d), sum(c)};
+}
+
+FiberField::CurveForms FiberField::curve_forms(Index fiber, Index element, double s) const {
+  const double h = element_length_[fiber], t = 2 * (s / h - element) - 1;
+  CurveForms forms;
+  FiberPoint &r = forms.r, &tangent = forms.tangent;
+  r.first_node = tangent.first_node = element_node(fiber, element);
+  if (models_[fiber] == FiberModel::enriched) {
+    r.n_nodes = r.n_vectors = tangent.n_nodes = tangent.n_vectors = 3;
+    const auto n = quadratic_shape(t), d = quadratic_shape_derivative(t);
+    for (int a = 0; a < 3; ++a) {
+      r.weight[a] = {n[a], 0, 0};
+      tangent.weight[a] = {2 / h * d[a], 0, 0};
+    }
+  } else {
+    r.n_nodes = r.n_vectors = tangent.n_nodes = tangent.n_vectors = 2;
+    const auto n = hermite_shape(t, h), d = hermite_shape_derivative(t, h);
+    for (int a = 0; a < 2; ++a) {
+      r.weight[a] = {n[2 * a], n[2 * a + 1], 0};
+      tangent.weight[a] = {d[2 * a], d[2 * a + 1], 0};
+    }
+  }
+  return forms;
+}
+
 std::array<Vec3, 2> FiberField::section(const State& state, Index fiber, double s) const {
   assert(models_[fiber] == FiberModel::enriched);
   const auto [e, t] = locate(fiber, s);

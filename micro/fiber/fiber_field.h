@@ -33,6 +33,11 @@ struct CurvePointAndTangent {
   Vec3 r, tangent;
 };
 
+/// Centre line at a point, with its derivatives by arc length up to the second.
+struct CurveJet {
+  Vec3 r, tangent, curvature;
+};
+
 /// Where the unknowns of each fiber stand, and the curves that they describe.
 class FiberField {
  public:
@@ -51,12 +56,22 @@ class FiberField {
 
   /// Centre line and tangent at arc length s, 0 ≤ s ≤ length.
   [[nodiscard]] CurvePointAndTangent curve(const State& state, Index fiber, double s) const;
+  /// The same with the second derivative, from the polynomials of one element, also where s lies beyond its ends. Two
+  /// elements of an enriched fiber do not agree on the tangent where they join.
+  [[nodiscard]] CurveJet jet(const State& state, Index fiber, Index element, double s) const;
+  /// The element that holds s; of two that join there the second.
+  [[nodiscard]] Index element_at(Index fiber, double s) const { return locate(fiber, s).element; }
   /// Section vectors at s (enriched fibers only).
   [[nodiscard]] std::array<Vec3, 2> section(const State& state, Index fiber, double s) const;
   /// "fiber 3 of yarn warp/1 at 40 % of its length", for messages.
   [[nodiscard]] std::string describe(Index fiber, double s) const;
   /// The particle (s, ξ) as a linear form; ξ is ignored for rods.
   [[nodiscard]] FiberPoint particle(Index fiber, double s, const Vec2& xi) const;
+  /// Position and tangent of the centre line at s, by the polynomials of one element, as linear forms.
+  struct CurveForms {
+    FiberPoint r, tangent;
+  };
+  [[nodiscard]] CurveForms curve_forms(Index fiber, Index element, double s) const;
 
   /// Unknowns of a configuration, and back. The latter fills every node of the mesh; sections of rods are those
   /// that `configuration` holds, turned at each node with the tangent.

@@ -17,6 +17,7 @@ class Rods final : public Effect {
   Rods(const FiberField& field, const std::vector<Material>& materials);
 
   [[nodiscard]] std::string_view name() const override { return "rods"; }
+  [[nodiscard]] bool is_elastic() const override { return true; }
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;

@@ -132,17 +132,17 @@ struct ContactSettings {
   double reversible_slip = 0.05;      ///< u_rev / R, elastic slip before sliding
   double spacing = 0.5;               ///< distance of contact elements along fibers, in element lengths
   double search_margin = 0.5;         ///< gap up to which contact elements are made, in R
-  double target_penetration = 0.03;   ///< in R
+  double target_penetration = 0.01;   ///< in R
   bool adapt_penalty = true;          ///< zone by zone, toward the target penetration
   double regularisation = 0.1;        ///< penetration at which the quadratic penalty goes over to a linear one, in R
   double penalty = 0.02;  ///< starting stiffness per length, in units of the softer fiber's transverse modulus
 };
 
 struct SolverSettings {
-  double force_tolerance = 1e-4;  ///< residual norm over the norm of the force magnitudes that cancel in it
+  double force_tolerance = 1e-6;  ///< residual norm over that of the forces that fibers get from outside
   Index max_newton_iterations = 40;
-  Index max_geometry_updates = 6;    ///< contact detections within an increment
-  double geometry_tolerance = 1e-2;  ///< residual, likewise, once the contact geometry is that of the final state
+  Index max_geometry_updates = 12;  ///< times that contacts found anew may undo an equilibrium, in an increment
+  double geometry_tolerance = 1;  ///< of scenes for earlier versions, which had two: the smaller one counts
   double step_cap = 0.5;  ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
   FactorPrecision factor_precision = FactorPrecision::double_precision;
   double min_increment = 1e-4;  ///< smallest fraction of a stage before the solver gives up

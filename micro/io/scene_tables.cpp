@@ -207,12 +207,12 @@ std::vector<Key<SolverSettings>> solver_keys() {
       {{"single", FactorPrecision::single_precision}, {"double", FactorPrecision::double_precision}});
   return {
       key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)),
-             "residual over the forces that balance in it"),
+             "residual over the forces that fibers get from outside: contact, friction, bodies, loads"),
       key<T>("max_newton_iterations", &T::max_newton_iterations, integer(at_least(1)), "between contact detections"),
       key<T>("max_geometry_updates", &T::max_geometry_updates, integer(at_least(1)),
-             "contact detections in an increment; needs contact"),
-      key<T>("geometry_tolerance", &T::geometry_tolerance, number(inside(0, 1)),
-             "residual, likewise, with the contact geometry of the final state; needs contact"),
+             "times that contacts found anew may undo an equilibrium, in an increment; needs contact"),
+      key<T>("geometry_tolerance", &T::geometry_tolerance, number(above_up_to(0, 1)),
+             "of scenes for earlier versions, which had two tolerances: the smaller one counts; needs contact"),
       key<T>("step_cap", &T::step_cap, number(above(0)),
              "largest motion in an iteration, in radii of the thinnest fiber"),
       key<T>("min_increment", &T::min_increment, number(above_up_to(0, 1)),

@@ -24,6 +24,7 @@ struct ContactRecord {
   std::vector<Vec3> slip;            ///< slip since the start of the increment, m
   std::vector<double> penalty;       ///< N/m
   std::vector<double> length;        ///< of fiber that the element stands for, m
+  std::vector<double> preload;       ///< penetration that the force of the multiplier is worth, m; none in older files
 };
 
 struct BodyRecord {

@@ -29,7 +29,8 @@ void visit_bodies(Bodies& bodies, std::size_t n_bodies, Visitor& visit) {
 }
 
 /// `visit.ragged(path, unit, field, single)`: as many values as the increment has contact elements; `single`: stored in
-/// 32 bits, which keep far more digits than a penalty solution has.
+/// 32 bits, which keep far more digits than a penalty solution has. `visit.later_ragged`: the same, which older files do
+/// not have.
 template <class Contacts, class Visitor>
 void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.ragged("contacts/fiber_a", "1", contacts.fiber_a, false);
@@ -44,6 +45,7 @@ void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.ragged("contacts/slip", "m", contacts.slip, true);
   visit.ragged("contacts/penalty", "N/m", contacts.penalty, false);
   visit.ragged("contacts/length", "m", contacts.length, false);
+  visit.later_ragged("contacts/preload", "m", contacts.preload, false);
 }
 
 /// `visit.scalar(path, unit, field)`: one value per increment; `visit.later_scalar`: the same, which older files do not

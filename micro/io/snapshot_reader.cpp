@@ -106,6 +106,11 @@ struct Fetcher {
     values = rows<T>(path, wanted, start, count);
   }
   template <class T>
+  void later_ragged(const std::string& path, const char* unit, std::vector<T>& values, bool single) const {
+    values.clear();
+    if (H5Lexists(states.file, path.c_str(), H5P_DEFAULT) > 0) ragged(path, unit, values, single);
+  }
+  template <class T>
   void scalar(const std::string& path, const char*, T& value) const {
     value = rows<T>(path, {i + 1}, {i}, {1})[0];
   }

@@ -131,6 +131,10 @@ struct Creator {
     create(path, hdf5::file_type<typename Element<T>::Scalar>(single), dims, chunk, true, unit);
   }
   template <class T>
+  void later_ragged(const std::string& path, const char* unit, const std::vector<T>& values, bool single) {
+    ragged(path, unit, values, single);
+  }
+  template <class T>
   void scalar(const std::string& path, const char* unit, const T&) {
     create(path, hdf5::file_type<T>(), {0}, {scalar_chunk_rows}, false, unit);
   }
@@ -185,6 +189,10 @@ struct Appender {
     write(path, hdf5::memory_type<typename Element<T>::Scalar>(), start, count, hdf5::pack(values).data());
   }
   template <class T>
+  void later_ragged(const std::string& path, const char* unit, const std::vector<T>& values, bool single) {
+    ragged(path, unit, values, single);
+  }
+  template <class T>
   void scalar(const std::string& path, const char*, const T& value) {
     write(path, hdf5::memory_type<T>(), {i}, {1}, &value);
   }
@@ -208,6 +216,10 @@ struct EqualLengths {
   void ragged(const std::string& path, const char*, const std::vector<T>& values, bool) const {
     if (values.size() != length)
       throw std::invalid_argument(fmt::format("{} values for {} contacts in {}", values.size(), length, path));
+  }
+  template <class T>
+  void later_ragged(const std::string& path, const char* unit, const std::vector<T>& values, bool single) const {
+    ragged(path, unit, values, single);
   }
 };
 

@@ -10,7 +10,7 @@
 namespace trame::micro {
 
 /// A term of the incremental potential: elastic fibers, contact, ties, loads, damping. Its life in an increment:
-/// `begin_step` → (`update` → Newton iterations of `add`)* → `commit`, or nothing more where the increment is cut.
+/// `begin_step` → (`update` → Newton iterations of `follow` and `add`)* → `commit`, or nothing more where the increment is cut.
 class Effect {
  public:
   virtual ~Effect() = default;
@@ -18,15 +18,22 @@ class Effect {
 
   /// A step from `start` to stage time t ∈ (0, 1] begins: take the load and the start values.
   virtual void begin_step(const State& /*start*/, double /*stage_time*/) {}
-  /// What an update refreezes: everything (which particles face each other, normals, lagged forces), or all but the
-  /// choice of particles.
-  enum class Update : std::uint8_t { everything, directions };
-  /// Refreezes at `state` what is constant within Newton's loop.
-  virtual void update(const State& /*state*/, Update /*what*/) {}
+  /// Looks anew, at `state`, for what the effect acts on: which fibers are near each other. With `keep`, what it acts on
+  /// already stays as it is, and only what is missing is added: `state` is an equilibrium of that.
+  virtual void update(const State& /*state*/, bool /*keep*/ = false) {}
+  /// A state along a step that is tried, the one with which an iteration begins, and likewise, but with what stays within
+  /// iterations renewed: the limits of friction.
+  enum class Follow : std::uint8_t { trial, iteration, renewal };
+  /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Returns true
+  /// where couplings have come up that were not announced.
+  virtual bool follow(const State& /*state*/, Follow /*what*/) { return false; }
+  /// Whether the effect is the fibers' own elasticity. What is not, comes from outside of a fiber: contact, friction,
+  /// bodies, loads. Equilibrium is judged against that.
+  [[nodiscard]] virtual bool is_elastic() const { return false; }
   /// Fibers have travelled so far in this step that contact is about to be looked for again: hold them back, if that
   /// is what the effect is for.
   virtual void hold_back() {}
-  /// Couplings between nodes that `add` may use until the next `update`.
+  /// Couplings between nodes that `add` may use until the next `update`, or `follow` that returns true.
   virtual void announce(Pattern::Builder& builder) const = 0;
   /// Adds the gradient and, where wanted, the tangent at `state` for the items that touch owned nodes.
   virtual void add(const State& state, Assembler& assembler) const = 0;
@@ -37,9 +44,9 @@ class Effect {
   [[nodiscard]] virtual std::string objection(const State& /*start*/, const State& /*state*/) const { return {}; }
   /// The step is accepted: history moves on.
   virtual void commit(const State& /*state*/) {}
-  /// True where `commit` has changed the effect so much that the last step of a stage should be taken again from
-  /// `state`, at the same loads.
-  [[nodiscard]] virtual bool wants_repeat(const State& /*state*/) const { return false; }
+  /// Looks whether the equilibrium `state` is as accurate as it must be, and where it is not makes itself stiffer.
+  /// Returns true where equilibrium has to be found again. `elastic_energy`: what the fibers store.
+  [[nodiscard]] virtual bool stiffen(const State& /*state*/, double /*elastic_energy*/) { return false; }
 };
 
 }  // namespace trame::micro

@@ -29,51 +29,70 @@ struct Tools {
   }
 };
 
-/// One increment: alternates contact detection and Newton's method until the state is in equilibrium with its own
-/// geometry. After two detections the particles in contact stay and only directions follow: where a contact sits at the
-/// joint of two elements, whose tangents differ a little, or between two kinds of contact, it would go to and fro for
-/// ever.
+double elastic_energy(const Effects& effects, const State& state) {
+  double sum = 0;
+  for (const auto& effect : effects)
+    if (effect->is_elastic()) sum += effect->energy(state);
+  return sum;
+}
+
+/// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not. On the way to equilibrium, where
+/// `slack` is more than 1, it may be soft.
+bool is_stiff_enough(const Tools& tools, double slack, const State& state, IncrementReport& report) {
+  if (slack > 1 || report.n_stiffenings == tools.settings.max_stiffenings) return true;
+  const double energy = elastic_energy(tools.effects, state);
+  bool enough = true;
+  for (const auto& effect : tools.effects) enough = !effect->stiffen(state, energy) && enough;
+  if (!enough) {
+    ++report.n_stiffenings;
+    tools.log("    contact made stiffer");
+  }
+  return enough;
+}
+
+/// One increment: alternates contact detection and Newton's method, until all of the prescribed motion is made, the
+/// contacts of the state itself are in equilibrium, and they are stiff enough.
 Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double slack, State& state,
                          IncrementReport& report) {
   const auto& [newton, effects, settings, driver, timers] = tools;
-  Index worst_dof = 0;
-  int n_detours = 0;  // detections because of long motions, which settle nothing
-  for (int update = 0; update <= settings.max_geometry_updates; ++update) {
+  int n_detours = 0;    // detections because of long motions, which settle nothing
+  int n_undone = 0;     // equilibria that contacts found at them have undone
+  bool arrived = false; // an equilibrium of the contacts known before
+  report.n_stiffenings = 0;
+  for (;;) {
     {
       const auto guard = timers.measure(Phase::detection);
-      const auto what = update < 2 ? Effect::Update::everything : Effect::Update::directions;
-      for (const auto& effect : effects) effect->update(state, what);
-    }
-    if (newton.announce(effects))
-      tools.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
-    if (update > 0) {
-      const Residual r = newton.evaluate(effects, motion, state);
-      report.residual = r.relative();
-      worst_dof = r.worst_dof;
-      tools.log(fmt::format("    geometry {:2d}   residual {:.2e}", update, report.residual));
-      if (report.residual <= slack * settings.geometry_tolerance || r.norm <= newton.force_floor())
-        return {true, "", {}};
-      if (update == settings.max_geometry_updates) break;
+      for (const auto& effect : effects) effect->update(state, arrived);
     }
     ++report.n_geometry_updates;
+    if (newton.announce(effects))
+      tools.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
+    if (arrived) {
+      const Residual r = newton.evaluate(effects, motion, state, false);
+      report.residual = r.relative();
+      const double renewed = newton.evaluate(effects, motion, state, true).relative();
+      tools.log(fmt::format("    contacts looked for again: residual {:.2e}, with friction renewed {:.2e}",
+                            report.residual, renewed));
+      if (newton.is_equilibrium(r, slack) && renewed <= std::max(slack * settings.friction_tolerance, r.relative())) {
+        if (is_stiff_enough(tools, slack, state, report)) return {true, "", {}};
+      } else if (++n_undone > settings.max_geometry_updates) {
+        return {false, fmt::format("contacts do not settle (relative residual {:.1e})", report.residual), r.worst_dof};
+      }
+    }
     const NewtonOutcome outcome = newton.solve(effects, motion, slack, state, driver.log);
     report.n_newton_iterations += outcome.n_iterations;
     report.n_factorizations += outcome.n_factorizations;
-    if (outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) {
+    arrived = outcome.converged();
+    if (arrived) {
+      motion.motion.assign(motion.motion.size(), 0.0);  // it has been made
+    } else if (outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) {
       for (double& m : motion.motion) m *= outcome.remaining;
       for (const auto& effect : effects) effect->hold_back();
-      // A particle at the joint of two elements may go to and fro and throw its fiber each time: then particles stay
-      // here too.
-      update = n_detours > settings.max_detours / 2 ? 1 : -1;
-      continue;
-    }
-    if (!outcome.converged())
+    } else {
       return {false, fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
               outcome.worst_dof};
-    motion.motion.assign(motion.motion.size(), 0.0);  // it has been made
+    }
   }
-  return {false, fmt::format("contact geometry does not settle (relative residual {:.1e})", report.residual),
-          worst_dof};
 }
 
 /// What speaks against an equilibrium that a step from `start` has reached; empty where nothing does.
@@ -113,28 +132,6 @@ void begin_step(const Effects& effects, const State& start, double to) {
 
 void commit(const Effects& effects, const State& state) {
   for (const auto& effect : effects) effect->commit(state);
-}
-
-/// Takes the last step of a stage again, at its loads, where effects ask for it: a stage shall end with penalties that
-/// fit its forces, not those of the increment before. A repetition that fails leaves things as they were.
-void repeat_last(const Tools& tools, PrescribedMotion motion, State& state, IncrementReport& report) {
-  constexpr int max_repetitions = 8;
-  motion.motion.assign(motion.motion.size(), 0.0);  // it has been made
-  const auto wants_repeat = [&](const auto& effect) { return effect->wants_repeat(state); };
-  for (int n = 0; n < max_repetitions && std::any_of(tools.effects.begin(), tools.effects.end(), wants_repeat); ++n) {
-    tools.log("  once more, with penalties adapted");
-    State trial = state;
-    begin_step(tools.effects, state, 1);
-    const double residual = report.residual;
-    if (!try_increment(tools, motion, tools.driver.slack(1), state, trial, report).accepted) {
-      report.residual = residual;
-      begin_step(tools.effects, state, 1);
-      for (const auto& effect : tools.effects) effect->update(state, Effect::Update::everything);
-      return commit(tools.effects, state);
-    }
-    commit(tools.effects, trial);
-    state = std::move(trial);
-  }
 }
 
 }  // namespace
@@ -181,10 +178,9 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
         return {StageOutcome::Status::gave_up, failure.reason, time, failure.worst_dof};
       continue;
     }
-    report.unstable = (newton.projected() || to == 1) && newton.seen_unstable(effects, motion, trial);
+    report.unstable = newton.seen_unstable(effects, motion, trial);
     if (report.unstable) tools.log("    this equilibrium is unstable");
     commit(effects, trial);
-    if (to == 1) repeat_last(tools, motion, trial, report);
     ++n_accepted;
     before = std::exchange(state, std::move(trial));
     last_size = to - time;

@@ -12,9 +12,10 @@ namespace trame::micro {
 
 struct LoadPathSettings {
   int n_increments = 10;  ///< wanted
-  int max_geometry_updates = 6;
+  int max_geometry_updates = 12;     ///< times that contact found anew undoes an equilibrium, in an increment
   int max_detours = 60;              ///< detections in an increment on the way, where fibers move far
-  double geometry_tolerance = 1e-3;  ///< relative residual after the contact geometry has been updated
+  double friction_tolerance = 1e-3;  ///< residual once limits of friction are renewed: forces are in balance before that
+  int max_stiffenings = 12;          ///< of penalties and preloads in an increment
   double min_increment = 1e-4;       ///< of stage time
   bool may_take_whole_steps =
       false;  ///< where even the smallest increment fails, goes on without line searches before giving up
@@ -26,7 +27,8 @@ struct IncrementReport {
   double stage_time = 0;
   int n_newton_iterations = 0, n_factorizations = 0, n_geometry_updates = 0;
   int n_cuts = 0;         ///< failed attempts since the last accepted increment; their iterations are counted
-  double residual = 0;    ///< relative, with the geometry of the final state
+  int n_stiffenings = 0;  ///< times that equilibrium was found again as contact was too soft
+  double residual = 0;    ///< relative, with the contacts of the final state
   bool unstable = false;  ///< the equilibrium is known to be unstable; looked at where Newton's method met an
                           ///< indefinite tangent, and at the stage's end
   double seconds = 0;

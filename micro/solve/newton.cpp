@@ -22,12 +22,10 @@ std::string_view describe(NewtonOutcome::Status status) {
 
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
-      linear_(layout, settings.precision, n_threads), unit_(layout.n_vectors(), 1.0), damping_(layout.n_vectors()),
-      force_(layout.n_dofs()), magnitude_(layout.n_vectors()), step_(layout.n_dofs()) {
-  for (Index j = 0; j < layout.n_nodes(); ++j) {
-    unit_[layout.first_vector(j)] = settings.length;
-    node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
-  }
+      linear_(layout, settings.precision, n_threads), unit_(settings.units), damping_(layout.n_vectors()),
+      force_(layout.n_dofs()), step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()) {
+  unit_.resize(layout.n_vectors(), 1.0);
+  for (Index j = 0; j < layout.n_nodes(); ++j) node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
   owned_from_.resize(n_threads_ + 1);
   for (int t = 0; t <= n_threads_; ++t)
     owned_from_[t] = static_cast<Index>(static_cast<std::int64_t>(layout.n_nodes()) * t / n_threads_);
@@ -53,16 +51,30 @@ void NewtonSolver::assemble(const Effects& effects, const State& state, Assemble
   for (int t = 0; t < n_threads_; ++t) {
     const Index begin = owned_from_[t], end = owned_from_[t + 1];
     std::fill(force_.begin() + layout_.first_dof(begin), force_.begin() + layout_.first_dof(end), 0.0);
-    std::fill(magnitude_.begin() + layout_.first_vector(begin), magnitude_.begin() + layout_.first_vector(end), 0.0);
+    for (auto* sizes : {&inner_, &outer_})
+      std::fill(sizes->begin() + layout_.first_vector(begin), sizes->begin() + layout_.first_vector(end), 0.0);
     if (tangent != Assembler::Tangent::none) {
       const auto value_limit = [&](Index node) {
         return values_.begin() + (node < layout_.n_nodes() ? pattern_.value_start(node) : pattern_.n_values());
       };
       std::fill(value_limit(begin), value_limit(end), 0.0);
     }
-    Assembler assembler(layout_, &pattern_, begin, end, force_.data(), magnitude_.data(), values_.data(), tangent);
-    for (const auto& effect : effects) effect->add(state, assembler);
+    Assembler assembler(layout_, &pattern_, begin, end, force_.data(), inner_.data(), values_.data(), tangent);
+    for (const auto& effect : effects) {
+      assembler.set_magnitude(effect->is_elastic() ? inner_.data() : outer_.data());
+      effect->add(state, assembler);
+    }
   }
+}
+
+/// Lets what moves with the fibers follow them. Couplings that come up on the way are announced.
+void NewtonSolver::follow(const Effects& effects, const State& state, Effect::Follow what) {
+  bool grown = false;
+  {
+    const auto guard = timers_.measure(Phase::detection);
+    for (const auto& effect : effects) grown = effect->follow(state, what) || grown;
+  }
+  if (grown) announce(effects);
 }
 
 Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
@@ -77,13 +89,17 @@ Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
       r.worst_dof = static_cast<Index>(d);
     }
   }
-  for (const double m : magnitude_) scale += m * m;
+  for (const double m : outer_) scale += m * m;
+  if (scale == 0)
+    for (const double m : inner_) scale += m * m;  // nothing but fibers
   r.norm = std::sqrt(sum);
   r.scale = std::sqrt(scale);
   return r;
 }
 
-Residual NewtonSolver::evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state) {
+Residual NewtonSolver::evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+                               bool renewed) {
+  follow(effects, state, renewed ? Effect::Follow::renewal : Effect::Follow::iteration);
   assemble(effects, state, Assembler::Tangent::none);
   return residual(prescribed);
 }
@@ -122,7 +138,8 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 /// another pattern: a few iterations on it cost less than a new one. A tangent that is not positive definite is
 /// replaced by its projection, and a factor that does not do in single precision by one in double.
 bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                             double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
+                             double remaining, double tolerance, bool try_old_factor, double residual_norm,
+                             NewtonOutcome& outcome) {
   constexpr int max_iterations = 50;
   // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
   const double affordable = n_factor_flops() / (50 * std::max(1.0, n_factor_entries()));
@@ -147,18 +164,30 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
       return true;
     return factorize() && solve(max_iterations);
   };
-  while (true) {
-    assemble(effects, state, projected_ ? Assembler::Tangent::projected : Assembler::Tangent::exact);
+  const auto set_up = [&](Assembler::Tangent tangent) {
+    assemble(effects, state, tangent);
     round_off_ = estimated_round_off(state);
     for (std::size_t d = 0; d < force_.size(); ++d) step_[d] = -force_[d];
     impose(prescribed, remaining);
     for (Index v = 0; v < layout_.n_vectors(); ++v)
       if (damping_[v] > 0) add_to_diagonal(v, damping_[v]);
     load_ = step_;
+  };
+  bool found = false;
+  // Nearer to the solution the exact tangent may be definite again. The factor of the projected one tells.
+  if (projected_ && residual_norm < exact_below_ && linear_.has_factor()) {
+    set_up(Assembler::Tangent::exact);
+    found = solve(max_iterations_with_old_factor);
+    projected_ = !found;
+    if (!found) exact_below_ = 0.1 * residual_norm;
+  }
+  while (!found) {
+    set_up(projected_ ? Assembler::Tangent::projected : Assembler::Tangent::exact);
     if (find()) break;
-    if (!projected_)
+    if (!projected_) {
       projected_ = true;
-    else if (!linear_.refine_precision())
+      exact_below_ = 0.1 * residual_norm;
+    } else if (!linear_.refine_precision())
       return false;
   }
   constexpr int max_raises = 3;
@@ -232,6 +261,7 @@ void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
 bool NewtonSolver::seen_unstable(const Effects& effects, const PrescribedMotion& prescribed, const State& state) {
   constexpr int max_iterations = 12;
   if (!linear_.has_factor()) return false;
+  follow(effects, state, Effect::Follow::iteration);
   assemble(effects, state, Assembler::Tangent::exact);
   // Any load that no symmetry makes blind to a direction, the same in every run.
   std::minstd_rand random(1);
@@ -272,6 +302,7 @@ double NewtonSolver::line_search(const Effects& effects, const State& state, dou
   double low = 0, low_slope = slope_at_zero, high = alpha;
   for (int trial = 0; trial < 6; ++trial) {
     retract(layout_, state, step_, alpha, trial_);
+    follow(effects, trial_, Effect::Follow::trial);
     assemble(effects, trial_, Assembler::Tangent::none);
     const double s = slope(prescribed);
     if (std::abs(s) <= accepted || (trial == 0 && s < 0)) return alpha;
@@ -303,14 +334,17 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   double remaining = 1;  // part of the prescribed motion still to be made
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
   projected_ = false;
+  exact_below_ = 0;
   std::fill(damping_.begin(), damping_.end(), 0.0);
   const State start = state;
   trust_radius_ = settings_.step_cap;
   lowest_residual_ = std::numeric_limits<double>::infinity();
   n_capped_ = 0;
   bool last_taken_whole = true;
+  constexpr int max_renewals = 3;
   for (;; ++outcome.n_iterations) {
-    const Residual r = evaluate(effects, prescribed, state);
+    // Limits of friction go with the forces, but do not run after them for ever.
+    const Residual r = evaluate(effects, prescribed, state, outcome.n_iterations < max_renewals);
     outcome.residual = r.relative();
     outcome.worst_dof = r.worst_dof;
     if (!std::isfinite(r.norm)) {
@@ -320,7 +354,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     if (log)
       log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
                       projected_ ? "  (projected)" : ""));
-    const double goal = std::max(slack * settings_.force_tolerance * r.scale, force_floor());
+    const double goal = this->goal(r, slack);
     if (remaining == 0 && r.norm <= goal) return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
       outcome.status = NewtonOutcome::Status::too_many_iterations;
@@ -332,7 +366,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
     const bool try_old_factor = settings_.damps_soft_modes || last_taken_whole;
-    if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, outcome)) {
+    if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, r.norm, outcome)) {
       const bool finite = std::all_of(values_.begin(), values_.end(), [](double v) { return std::isfinite(v); });
       outcome.status = finite ? NewtonOutcome::Status::not_positive_definite : NewtonOutcome::Status::not_a_number;
       return outcome;

@@ -1,6 +1,6 @@
 #pragma once
 /// \file
-/// Newton's method for the equilibrium of a set of effects, contact particles and normals frozen.
+/// Newton's method for the equilibrium of a set of effects.
 
 #include <algorithm>
 #include <functional>
@@ -19,17 +19,17 @@ namespace trame::micro {
 using Effects = std::vector<std::unique_ptr<Effect>>;
 
 struct NewtonSettings {
-  double force_tolerance = 1e-4;  ///< residual norm over the norm of the force magnitudes that cancel in it
+  double force_tolerance = 1e-6;  ///< residual norm over that of the forces that fibers get from outside
   double force_floor = 1e-12;     ///< residual norm that counts as zero whatever the magnitudes, force
   int max_iterations = 40;
-  double step_cap = 0.5;  ///< largest change of any vector in one iteration, of positions in `length`
+  double step_cap = 0.5;  ///< largest change of any vector in one iteration, in its unit
   FactorPrecision precision = FactorPrecision::double_precision;
-  /// Largest change of any vector before contact is looked for again, of positions in `length`.
+  /// Largest change of any vector before contact is looked for again, in its unit.
   double travel_cap = std::numeric_limits<double>::infinity();
   /// Damp what is soft instead of scaling whole steps down to the cap. For paths of equilibria: where fibers travel
   /// far, held back by a proximal term, single ones that are free to go run ahead into others.
   bool damps_soft_modes = true;
-  double length = 1;  ///< what counts as far for positions, the first vector of each node; the others are of order 1
+  std::vector<double> units;  ///< of each vector: what counts as far
 };
 
 struct NewtonOutcome {
@@ -51,7 +51,8 @@ struct PrescribedMotion {
   std::vector<double> motion;
 };
 
-/// Relative residual of the free dofs.
+/// Residual of the free dofs, and the forces that fibers get from outside: contact, friction, bodies, loads. (Axial
+/// forces would hide all of them.)
 struct Residual {
   double norm = 0, scale = 0;
   Index worst_dof = 0;
@@ -74,12 +75,13 @@ class NewtonSolver {
                       const std::function<void(const std::string&)>& log);
 
   /// Gradient of the potential at `state`; afterwards `force()` holds it.
-  Residual evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state);
+  /// With `renewed`, limits of friction are those of the forces at `state`; otherwise those that were used last.
+  Residual evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state, bool renewed);
   /// Gradient at the last evaluated state; at prescribed dofs it is the reaction, the force that holds them.
   [[nodiscard]] const std::vector<double>& force() const { return force_; }
 
-  /// Residual norm that cannot be told from none: that of the settings, or the round-off of the last tangent's forces.
-  [[nodiscard]] double force_floor() const { return std::max(settings_.force_floor, round_off_); }
+  /// Whether a residual is equilibrium, to `slack` times the tolerance, or to what round-off lets one tell.
+  [[nodiscard]] bool is_equilibrium(const Residual& r, double slack) const { return r.norm <= goal(r, slack); }
 
   /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the
   /// cap.
@@ -97,9 +99,14 @@ class NewtonSolver {
  private:
   void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent);
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
+  [[nodiscard]] double goal(const Residual& r, double slack) const {
+    return std::max({slack * settings_.force_tolerance * r.scale, settings_.force_floor, round_off_});
+  }
+  void follow(const Effects& effects, const State& state, Effect::Follow what);
   void impose(const PrescribedMotion& prescribed, double remaining);
   [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                               double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
+                               double remaining, double tolerance, bool try_old_factor, double residual_norm,
+                               NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void adapt_trust(double size, double alpha);
   void adapt_cap(double residual_norm);
@@ -125,13 +132,15 @@ class NewtonSolver {
   double round_off_ = 0;
   double trust_radius_ = 0;     // of the ball in which the tangent is trusted, like step_cap
   double lowest_residual_ = 0;  // norm, in this solve
+  double exact_below_ = 0;      // residual norm from which on the exact tangent is tried again
   int n_capped_ = 0;            // steps at the cap since then
   bool searches_ = true;
-  bool projected_ = false;              // the exact tangent was indefinite in this solve
+  bool projected_ = false;              // the last exact tangent tried in this solve was indefinite
   std::vector<Index> owned_from_;       // n_threads + 1 node limits
   std::vector<Index> node_of_;          // of each vector
   std::vector<double> unit_, damping_;  // of each vector: what counts as far, stiffness that holds it back
-  std::vector<double> values_, force_, magnitude_, load_, step_;
+  std::vector<double> values_, force_, load_, step_;
+  std::vector<double> inner_, outer_;  // of each vector: sizes of the forces of elasticity, of all others
   State trial_;
 };
 

@@ -102,10 +102,13 @@ class Assembler {
  public:
   enum class Tangent : std::uint8_t { none, exact, projected };
 
+  /// `magnitude` gets, for each vector, the sum of the sizes of what is added to it from now on.
   Assembler(const Layout& layout, const Pattern* pattern, Index node_begin, Index node_end, double* force,
             double* magnitude, double* values, Tangent tangent)
       : layout_(layout), pattern_(pattern), begin_(node_begin), end_(node_end), force_(force), magnitude_(magnitude),
         values_(values), tangent_(tangent) {}
+
+  void set_magnitude(double* magnitude) { magnitude_ = magnitude; }
 
   [[nodiscard]] Tangent tangent() const { return tangent_; }
   [[nodiscard]] bool wants_tangent() const { return tangent_ != Tangent::none; }

@@ -70,27 +70,19 @@ void CrossingOrder::begin_step(const State&, double stage_time) {
   depth_ = start_depth_ + stage_time * (1 - start_depth_);
 }
 
-void CrossingOrder::update(const State& state, Update what) {
-  if (what == Update::directions) return;  // they are vertical
-  std::vector<std::vector<ContactElement>> found(crossings_.size());
+void CrossingOrder::update(const State& state, bool) {
+  std::vector<std::vector<Element>> found(crossings_.size());
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < crossings_.size(); ++i)
     for_each_pair(field_, state, crossings_[i], [&](Index a, Index b, double s_a, double s_b) {
       const double reach = field_.mesh().radius[a] + field_.mesh().radius[b];
-      const Vec3 chord = field_.curve(state, b, s_b).r - field_.curve(state, a, s_a).r;
-      ContactElement e;
-      e.fiber_a = a;
-      e.fiber_b = b;
-      e.s_a = s_a;
-      e.s_b = s_b;
-      e.normal = -Vec3::UnitZ();
-      e.offset = depth_ * reach;
-      if (e.normal.dot(chord) - e.offset > 0.5 * reach) return;  // far from being active
-      e.a = field_.particle(a, s_a, Vec2::Zero());
-      e.b = field_.particle(b, s_b, Vec2::Zero());
-      e.length = reach;
-      e.penalty_scale = penalty_scale_[i];
-      e.penalty = penalty_ * e.penalty_scale;
+      Element e{a, b, s_a, s_b, reach, {}};
+      e.gap.a = field_.particle(a, s_a, Vec2::Zero());
+      e.gap.b = field_.particle(b, s_b, Vec2::Zero());
+      e.gap.normal = -Vec3::UnitZ();
+      e.gap.offset = depth_ * reach;
+      e.gap.penalty = penalty_ * penalty_scale_[i];
+      if (e.gap.gap(field_.layout(), state) > 0.5 * reach) return;  // far from being active
       found[i].push_back(e);
     });
   elements_.clear();
@@ -102,23 +94,24 @@ void CrossingOrder::update(const State& state, Update what) {
 }
 
 void CrossingOrder::announce(Pattern::Builder& builder) const {
-  for (const ContactElement& e : elements_) announce_contact_element(e, builder);
+  for (const Element& e : elements_) announce_fixed_gap(e.gap, builder);
 }
 
 void CrossingOrder::add(const State& state, Assembler& assembler) const {
-  for (const ContactElement& e : elements_) add_contact_element(e, field_.layout(), state, p_reg_, assembler);
+  for (const Element& e : elements_) add_fixed_gap(e.gap, field_.layout(), state, p_reg_, assembler);
 }
 
 double CrossingOrder::energy(const State& state) const {
   double sum = 0;
-  for (const ContactElement& e : elements_) sum += penalty_energy(e.gap(field_.layout(), state), e.penalty, p_reg_);
+  for (const Element& e : elements_)
+    sum += penalty_energy(e.gap.gap(field_.layout(), state), e.gap.penalty, p_reg_);
   return sum;
 }
 
 void CrossingOrder::commit(const State& state) {
   double force = 0;
-  for (const ContactElement& e : elements_)
-    force += e.length * penalty_force(e.gap(field_.layout(), state), e.penalty, p_reg_);
+  for (const Element& e : elements_)
+    force += e.reach * penalty_force(e.gap.gap(field_.layout(), state), e.gap.penalty, p_reg_);
   work_ += 0.5 * (force_n_ + force) * (depth_ - depth_n_);
   depth_n_ = depth_;
   force_n_ = force;
@@ -126,20 +119,28 @@ void CrossingOrder::commit(const State& state) {
   for (std::size_t i = 0; i < crossings_.size(); ++i) {
     double penetration = 0;
     for (std::size_t e = element_start_[i]; e < element_start_[i + 1]; ++e)
-      penetration = std::max(penetration, -elements_[e].gap(field_.layout(), state));
+      penetration = std::max(penetration, -elements_[e].gap.gap(field_.layout(), state));
     penalty_scale_[i] = adapted_penalty_scale(penalty_scale_[i], penetration / *target_penetration_);
   }
 }
 
 std::vector<ContactHistory> CrossingOrder::history(const State& state) const {
   std::vector<ContactHistory> history;
-  for (const ContactElement& e : elements_) {
-    if (e.gap(field_.layout(), state) >= 0) continue;
-    if (e.fiber_a < e.fiber_b)
-      history.push_back({e.fiber_a, e.fiber_b, e.s_a, e.s_b, e.normal, -1, e.penalty_scale, true});
-    else
-      history.push_back({e.fiber_b, e.fiber_a, e.s_b, e.s_a, -e.normal, -1, e.penalty_scale, true});
-  }
+  for (std::size_t i = 0; i < crossings_.size(); ++i)
+    for (std::size_t n = element_start_[i]; n < element_start_[i + 1]; ++n) {
+      const Element& e = elements_[n];
+      if (e.gap.gap(field_.layout(), state) >= 0) continue;
+      ContactHistory h;
+      h.touches = h.point = true;
+      h.penalty_scale = penalty_scale_[i];
+      const bool in_order = e.fiber_a < e.fiber_b;
+      h.fiber_a = in_order ? e.fiber_a : e.fiber_b;
+      h.fiber_b = in_order ? e.fiber_b : e.fiber_a;
+      h.s_a = in_order ? e.s_a : e.s_b;
+      h.s_b = in_order ? e.s_b : e.s_a;
+      h.normal = in_order ? e.gap.normal : Vec3(-e.gap.normal);
+      history.push_back(h);
+    }
   return history;
 }
 

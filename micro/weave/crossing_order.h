@@ -25,12 +25,19 @@ class CrossingOrder final : public Effect {
 
   [[nodiscard]] std::string_view name() const override { return "crossing order"; }
   void begin_step(const State& start, double stage_time) override;
-  void update(const State& state, Update what) override;
+  void update(const State& state, bool keep = false) override;
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   void commit(const State& state) override;
-  [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
+  /// A pair of fibers at a crossing, a in the upper yarn.
+  struct Element {
+    Index fiber_a = 0, fiber_b = 0;
+    double s_a = 0, s_b = 0;
+    double reach = 0;  ///< R_a + R_b
+    FixedGap gap;
+  };
+  [[nodiscard]] const std::vector<Element>& elements() const { return elements_; }
   /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
   [[nodiscard]] double work() const { return work_; }
   /// What ordinary contact takes over from the fibers that press on each other: on which side they lie, and their
@@ -45,7 +52,7 @@ class CrossingOrder final : public Effect {
   std::optional<double> target_penetration_;
   double depth_ = 0;                         // d / (R_a + R_b) of this step
   double depth_n_, force_n_ = 0, work_ = 0;  // of the last accepted step; the force works on d / (R_a + R_b)
-  std::vector<ContactElement> elements_;     // crossing by crossing
+  std::vector<Element> elements_;            // crossing by crossing
   std::vector<std::size_t> element_start_;
 };
 

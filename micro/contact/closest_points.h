@@ -1,0 +1,58 @@
+#pragma once
+/// \file
+/// Chords between two centre lines: the shortest one nearby, and the shortest one at a given mean arc length.
+///
+/// With c = r_b(s_b) − r_a(s_a), both are minima of ½|c|² over the arc lengths of the feet, found by Newton's method with
+/// the second derivatives r'', safeguarded: brackets along a line, projected steps in a box. Where two elements of an
+/// enriched fiber join, the tangent jumps, and a foot may rest there without c being normal to either.
+
+#include <array>
+#include <optional>
+
+#include "micro/fiber/fiber_field.h"
+
+namespace trame::micro {
+
+/// A point of a centre line, by the polynomials of one element.
+struct Foot {
+  Index fiber = 0;
+  double s = 0;
+  Index element = 0;
+};
+
+/// A chord and how its feet are free to slide along their fibers when the fibers move: directions (δs_a, δs_b) along
+/// which |c| is stationary.
+struct Chord {
+  Foot a, b;
+  CurveJet at_a, at_b;
+  Vec3 c = Vec3::Zero();  ///< r_b − r_a
+  int n_free = 0;
+  std::array<Vec2, 2> free{};
+
+  /// Derivatives by (s_a, s_b) of ½|c|²: gradient and Hessian.
+  [[nodiscard]] Vec2 slope() const { return {-c.dot(at_a.tangent), c.dot(at_b.tangent)}; }
+  [[nodiscard]] Eigen::Matrix2d hessian() const {
+    Eigen::Matrix2d h;
+    h(0, 0) = at_a.tangent.squaredNorm() - c.dot(at_a.curvature);
+    h(1, 1) = at_b.tangent.squaredNorm() + c.dot(at_b.curvature);
+    h(0, 1) = h(1, 0) = -at_a.tangent.dot(at_b.tangent);
+    return h;
+  }
+};
+
+/// The chord between given feet.
+[[nodiscard]] Chord chord_between(const FiberField& field, const State& state, Foot a, Foot b);
+
+/// The intermediate geometry of two stretches that run in the same sense σ = ±1 (fiber b is taken backwards for −1): at
+/// mean arc length τ = ½(s_a + σ s_b) the shortest chord over u = ½(s_a − σ s_b), which is normal to the mean tangent
+/// r_a' + σ r_b'. Feet may lie beyond the ends of their fibers. Nothing where there is none within `reach` of u.
+[[nodiscard]] std::optional<Chord> chord_at_mean_arc_length(const FiberField& field, const State& state, Index fiber_a,
+                                                            Index fiber_b, double sense, double tau, double u,
+                                                            double reach);
+
+/// The shortest chord nearby: a local minimum over both feet, which may rest at ends of the fibers. Nothing where the
+/// feet would go farther than `reach`.
+[[nodiscard]] std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b,
+                                                  double reach);
+
+}  // namespace trame::micro
