@@ -12,10 +12,13 @@
 namespace trame::micro {
 
 Scales natural_scales(const Scene& scene) {
+  const std::vector<Index> types = fiber_types_in_use(scene);
   Scales scales{0, 0};
-  for (const FiberType& t : scene.fiber_types)
-    scales.length += t.radius / static_cast<double>(scene.fiber_types.size());
-  for (const Material& m : scene.materials) scales.stress = std::max(scales.stress, m.young_modulus_axial);
+  for (const Index t : types) {
+    const FiberType& type = scene.fiber_types[t];
+    scales.length += type.radius / static_cast<double>(types.size());
+    scales.stress = std::max(scales.stress, scene.materials[type.material].young_modulus_axial);
+  }
   return scales;
 }
 
