@@ -41,6 +41,23 @@ TEST(Tension, AxialStiffness) {
   }
 }
 
+TEST(Tension, ClampsLeaveTheStretchOfARodFree) {
+  // Uniform to the ends, whatever the number of elements: F = EA E_ss λ, with λ between the ends of the fiber itself
+  // (ties give way by 10⁻³ of an element's stretch).
+  for (const TieKind kind : {TieKind::clamped, TieKind::average})
+    for (const Index n_elements : {1, 2, 5, 13}) {
+      Scene scene = test::cantilever(FiberModel::rod, 0.3, 40, n_elements);
+      for (BodySpec& body : scene.bodies) body.ties[0].kind = kind;
+      scene.stages = {loading(1, {{"tip", BodyDof::x, DriveMode::displacement, 0.4, ""}})};
+      const auto result = test::run_scene(scene);
+      ASSERT_TRUE(result.done()) << result.summary.message;
+      const std::vector<Vec3>& r = result.last().fibers.r;
+      const double stretch = (r[result.last_node(0)] - r[0]).norm() / 40, strain = 0.5 * (stretch * stretch - 1);
+      EXPECT_NEAR(result.last().bodies.force[1].x() / (area * strain * stretch), 1, 1e-6) << n_elements;
+      for (const Vec3& tangent : result.last().fibers.tangent) EXPECT_NEAR(tangent.norm(), stretch, 1e-7);
+    }
+}
+
 TEST(Tension, PoissonContraction) {
   // |g|² = 1 − 2νE_ss, isotropic and transversely isotropic alike (ν_LT). One homogeneous state, no clamps: no force.
   const Material carbon{"carbon", 1, 0.065, 0.12, 0.25, 0.4};
