@@ -251,11 +251,12 @@ void check_stiffness(const SceneValue& root, const Scene& scene) {
   const double ratio = hard->stiffness - soft->stiffness, excess = ratio - bearable;
   if (!(excess > 0)) return;
   const std::string
+      times = ratio < 300 ? fmt::format("{:.1e}", std::pow(10, ratio)) : fmt::format("1e{:.0f}", ratio),
       soft_type = scene.fiber_types[soft->type].name,
       complaint = fmt::format(
-          "nodes of fiber_type.{} would be 1e{:.1f} times as stiff as those of fiber_type.{} (E A/h over "
+          "nodes of fiber_type.{} would be {} times as stiff as those of fiber_type.{} (E A/h over "
           "E I/h^3 or the softest modulus, h: element length), and double precision bears 1e{:.0f}; must be ",
-          scene.fiber_types[hard->type].name, ratio, soft_type, bearable);
+          scene.fiber_types[hard->type].name, times, soft_type, bearable);
   // Whichever has the largest share.
   const double by_modulus = hard->modulus - soft->modulus, by_radius = 2 * (hard->radius - soft->radius);
   const auto diameter = [&](Index type) {

@@ -343,7 +343,8 @@ TEST(BadScenes, StiffnessesThatDoublePrecisionCannotBear) {
     EXPECT_NE(message.find("double precision bears 1e8; must be at "), std::string::npos) << message;
   };
   expect_start(error_of(with_other_wire("1e18 Pa", "20 um")),
-               "bad.toml: material.other.young_modulus = \"1e18 Pa\": nodes of fiber_type.other would be 1e");
+               "bad.toml: material.other.young_modulus = \"1e18 Pa\": nodes of fiber_type.other would be 9.6e+11 times "
+               "as stiff");
   expect_start(error_of(with_other_wire("3 GPa", "200 m")),
                "bad.toml: fiber_type.other.diameter = \"200 m\": nodes of");
   expect_start(error_of(with_other_wire("3 GPa", "1e-300 m")), "bad.toml: fiber_type.other.diameter = \"1e-300 m\": ");
