@@ -189,25 +189,24 @@ void check_size(const SceneValue& root, const Scene& scene) {
   if (n_nodes > most_nodes) root.fail(fmt::format("{:.0f} nodes; must be at most {:.0f}", n_nodes, most_nodes));
 }
 
-/// Fibers of one table: their type and the length of their elements.
+/// Fibers of one table: their type and length.
 struct FiberKind {
   Index type = 0;
-  double element_length = 0;
+  double length = 0;
 };
 
 std::vector<FiberKind> fiber_kinds(const Scene& scene) {
   std::vector<FiberKind> kinds;
-  const auto add = [&](Index type, const std::vector<Vec3>& points, Index n_elements) {
+  const auto add = [&](Index type, const std::vector<Vec3>& points) {
     double length = 0;
     for (std::size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).stableNorm();
-    kinds.push_back({type, length / n_elements});
+    kinds.push_back({type, length});
   };
-  for (const FiberSpec& fiber : scene.fibers) add(fiber.type, fiber.points, fiber.n_elements);
-  for (const BundleSpec& bundle : scene.bundles) add(bundle.type, bundle.points, bundle.n_elements);
+  for (const FiberSpec& fiber : scene.fibers) add(fiber.type, fiber.points);
+  for (const BundleSpec& bundle : scene.bundles) add(bundle.type, bundle.points);
   if (!scene.weave) return kinds;
   const auto add_yarns = [&](const YarnSystem& yarns, const YarnSystem& across) {
-    const double length = (across.n_yarns - 1) * across.yarn_spacing + 2 * yarns.margin;
-    kinds.push_back({yarns.type, length / yarns.n_elements});
+    kinds.push_back({yarns.type, (across.n_yarns - 1) * across.yarn_spacing + 2 * yarns.margin});
   };
   add_yarns(scene.weave->warp, scene.weave->weft);
   add_yarns(scene.weave->weft, scene.weave->warp);
@@ -224,39 +223,38 @@ SceneValue largest_modulus(const SceneValue& root, const Material& m) {
                                                           : "shear_modulus_axial");
 }
 
-/// What double precision can bear. The forces of a stiff node are known to about 10⁻¹³ of its stiffness times its
-/// coordinates (ties are 10³ times as stiff), and those of a soft one must not drown in that. Measured for two crossing
-/// fibers: contact forces are right to 3·10⁻⁵ at a ratio of 6·10⁷, to 2·10⁻³ at 6·10⁸, and to 7 % at 6·10⁹.
+/// What double precision can bear. Ties are 10³ times as stiff as their fibers, and know forces to 10⁻¹⁶ of that
+/// stiffness times coordinates: about 10⁻¹³ E A of the stiffest fiber. Forces that bend the softest one, E I/L², must
+/// not drown in that. Measured for two crossing fibers: contact forces are right to 3·10⁻⁵ at a ratio of 1.4·10¹⁰, to
+/// 2·10⁻³ at 1.4·10¹¹, and to 7 % at 1.4·10¹².
 void check_stiffness(const SceneValue& root, const Scene& scene) {
-  constexpr double bearable = 8;  // decades
-  struct Node {
-    double stiffness, modulus, radius;  // decades of N/m, Pa, m; they may be far beyond what a double holds
+  constexpr double bearable = 11;  // decades
+  struct Force {
+    double force, modulus, radius;  // decades of N, Pa, m; they may be far beyond what a double holds
     Index type;
   };
-  std::optional<Node> hard, soft;
-  for (const auto& [t, h] : fiber_kinds(scene)) {
+  std::optional<Force> hard, soft;
+  for (const auto& [t, length] : fiber_kinds(scene)) {
     const FiberType& type = scene.fiber_types[t];
     const Material& m = scene.materials[type.material];
-    const double r = std::log10(type.radius), by_length = 2 * r - std::log10(h),  // A/h, I/h³, but for π and π/4
-        slenderness = std::max(0.0, std::log10(h) - r);
+    const double r = std::log10(type.radius), slenderness = std::max(0.0, std::log10(length) - r);
     const auto [least, most] = std::minmax({m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial});
-    const Node stretched{std::log10(most) + by_length, std::log10(most), r, t},
-        bent{std::log10(m.young_modulus_axial / 4) + by_length - 2 * slenderness, std::log10(m.young_modulus_axial), r,
-             t},
-        squeezed{std::log10(least) + by_length, std::log10(least), r, t};
-    if (!hard || stretched.stiffness > hard->stiffness) hard = stretched;
-    for (const Node& node : {bent, squeezed})
-      if (!soft || node.stiffness < soft->stiffness) soft = node;
+    // All but for π.
+    const Force pulled{std::log10(most) + 2 * r, std::log10(most), r, t},
+        bent{std::log10(m.young_modulus_axial / 4) + 2 * r - 2 * slenderness, std::log10(m.young_modulus_axial), r, t},
+        squeezed{std::log10(least) + 2 * r, std::log10(least), r, t};
+    if (!hard || pulled.force > hard->force) hard = pulled;
+    for (const Force& force : {bent, squeezed})
+      if (!soft || force.force < soft->force) soft = force;
   }
-  const double ratio = hard->stiffness - soft->stiffness, excess = ratio - bearable;
+  const double ratio = hard->force - soft->force, excess = ratio - bearable;
   if (!(excess > 0)) return;
   const std::string
       times = ratio < 300 ? fmt::format("{:.1e}", std::pow(10, ratio)) : fmt::format("1e{:.0f}", ratio),
-      soft_type = scene.fiber_types[soft->type].name,
       complaint = fmt::format(
-          "nodes of fiber_type.{} would be {} times as stiff as those of fiber_type.{} (E A/h over "
-          "E I/h^3 or the softest modulus, h: element length), and double precision bears 1e{:.0f}; must be ",
-          scene.fiber_types[hard->type].name, times, soft_type, bearable);
+          "E A of fiber_type.{} would be {} times the least force of fiber_type.{} (E I/L^2, L: length; or the softest "
+          "modulus times its section), and double precision bears 1e{:.0f}; must be ",
+          scene.fiber_types[hard->type].name, times, scene.fiber_types[soft->type].name, bearable);
   // Whichever has the largest share.
   const double by_modulus = hard->modulus - soft->modulus, by_radius = 2 * (hard->radius - soft->radius);
   const auto diameter = [&](Index type) {
@@ -269,7 +267,7 @@ void check_stiffness(const SceneValue& root, const Scene& scene) {
     diameter(hard->type)
         .fail(fmt::format("{}at most {:.2g} m", complaint, 2 * std::pow(10, hard->radius - excess / 2)));
   diameter(soft->type)
-      .fail(fmt::format("{}at least {:.2g} m with these elements", complaint,
+      .fail(fmt::format("{}at least {:.2g} m at this length", complaint,
                         2 * std::pow(10, soft->radius + excess / (hard->type == soft->type ? 2 : 4))));
 }
 
