@@ -133,10 +133,10 @@ def two_ply(turn, strain):
 
 
 def twisted_yarn(turn, radii, core, strain):
-    """Axial force over the sum of E A strain of helices of `radii` (one of 0: a core of the radius `core`) that turn alike, free
+    """Axial force over E strain of helices of `radii` (one of 0: a core of the radius `core`) that turn alike, free
     of stress as they are, at distances from the axis that are kept, nu = 0."""
     force = sum(derivative(lambda e, r=r: helix(1 + e, turn, r, own=1.0 if r else core), strain) for r in radii)
-    return force / (np.pi * (core**2 + len(radii) - 1) * strain)
+    return force / strain
 
 
 def hexagonal(n, spacing=2.0):
@@ -213,7 +213,7 @@ def weave_half_wave(arc, h, rise):
 
 
 @functools.lru_cache
-def monofilament_weave(spacing, strain=2e-3):
+def monofilament_weave(spacing, strain=5e-4):
     """(crimp, K/EA, length of a cell) of a plain weave of fibers of radius 1 without friction that are `spacing` long from
     crossing to crossing: both systems press with the same force, and their rises sum up to 4. K: pull on the warp over that
     strain of it, weft free to move."""
