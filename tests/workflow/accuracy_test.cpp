@@ -519,11 +519,14 @@ TEST(AccuracyClosedForm, RollUpByAMoment) {
   const double r = 1e-5, length = 1e-3, modulus = 3e9, nu = 0.39, moment = 7.402e-8;
   const double area = pi * r * r, bending = modulus * area * r * r / 4;
   double stretch = 1, squeeze = 1, turn = 0;
-  for (int i = 0; i < 50; ++i) {  // stationary in both: σ_s A = −E I (squeeze κ)², σ_1 A = −E I (stretch κ)²
-    turn = moment / (bending * std::pow(stretch * squeeze, 2));
-    const double axial = -bending * std::pow(squeeze * turn, 2) / area,
-                 radial = -bending * std::pow(stretch * turn, 2) / area;
-    stretch = std::sqrt(1 + 2 * (axial - nu * radial) / modulus);
+  // E_ss has (R²/8) m, m = (squeeze κ)², on top, and the energy EA R⁴/128 m² of the deviation from that mean over the
+  // section. Stationary in both stretches: σ_s A = −E I m, σ_1 A = −E I (stretch κ)² − 2 (σ_s A R²/8 + EA R⁴/64 m) κ².
+  for (int i = 0; i < 50; ++i) {
+    const double m = std::pow(squeeze * turn, 2), axial = -bending * m / area;
+    const double by_m = area * axial * r * r / 8 + modulus * area * std::pow(r, 4) / 64 * m;
+    turn = moment / (bending * std::pow(stretch * squeeze, 2) + 2 * by_m * squeeze * squeeze);
+    const double radial = -(bending * std::pow(stretch * turn, 2) + 2 * by_m * turn * turn) / area;
+    stretch = std::sqrt(1 + 2 * (axial - nu * radial) / modulus - r * r / 4 * m);
     squeeze = std::sqrt(1 + 2 * (radial - nu * axial) / modulus);
   }
   EXPECT_NEAR(closed_form("roll_up", "tip_x_m"), stretch / turn * std::sin(turn * length) - length, 1e-9 * length);
