@@ -28,8 +28,13 @@ def run(case, binary, folder, late):
     scene.write_text(case.scene.text())
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     try:
-        done = subprocess.run([binary, scene, "--threads", "1", "--out", out, "--overwrite"], capture_output=True, text=True,
-                              check=False, timeout=late)
+        done = subprocess.run(
+            [binary, scene, "--threads", "1", "--out", out, "--overwrite"],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=late,
+        )
     except subprocess.TimeoutExpired:
         return late, None, f"still running after {late:g} s"
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -37,7 +42,11 @@ def run(case, binary, folder, late):
     if done.returncode not in (0, 3):
         return seconds, None, f"exit code {done.returncode}: {done.stderr.strip()}"
     if done.returncode == 3:
-        return seconds, out / "states.h5", next(line for line in done.stdout.splitlines() if "gave up" in line)
+        return (
+            seconds,
+            out / "states.h5",
+            next(line for line in done.stdout.splitlines() if "gave up" in line),
+        )
     return seconds, out / "states.h5", ""
 
 
@@ -70,15 +79,20 @@ def cell(text):
 def table_line(row, value, error, within, seconds):
     off = "—" if value is None else (f"{error:.1e}" if row.absolute else f"{100 * error:.2g} %")
     verdict = "" if within else " **✗**"
-    return (f"| {cell(row.what)} | {cell(row.source)} | {shown(row.expected)} | "
-            f"{'none' if value is None else shown(value)} | {off}{verdict} | {seconds:.1f} s | {row.reason} |")
+    return (
+        f"| {cell(row.what)} | {cell(row.source)} | {shown(row.expected)} | "
+        f"{'none' if value is None else shown(value)} | {off}{verdict} | {seconds:.1f} s | {row.reason} |"
+    )
 
 
 def write_table(file, lines):
     text = file.read_text()
     first, last = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
-    head = ["", "| | reference | value | by default | error | CPU time | allowed above 1 % because |",
-            "| --- | --- | --- | --- | --- | --- | --- |"]
+    head = [
+        "",
+        "| | reference | value | by default | error | CPU time | allowed above 1 % because |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
     file.write_text(text[:first] + "\n".join(head + lines) + "\n" + text[last:])
 
 
@@ -107,13 +121,17 @@ def main():
         folder = o.keep or pathlib.Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
         for name in o.case:
-            for row, value, error, within, seconds, said in results(BUILDERS[name](), o.bin / "simulate_fibers", folder,
-                                                                      o.late):
+            for row, value, error, within, seconds, said in results(
+                BUILDERS[name](), o.bin / "simulate_fibers", folder, o.late
+            ):
                 n_off += not within
                 lines.append(table_line(row, value, error, within, seconds))
-                print(f"{name}: {row.what}: expected {shown(row.expected)}, "
-                      f"{'none' if value is None else shown(value)}, error {error:.2e}, {seconds:.1f} s"
-                      f"{'' if within else '  OFF'} {said}", flush=True)
+                print(
+                    f"{name}: {row.what}: expected {shown(row.expected)}, "
+                    f"{'none' if value is None else shown(value)}, error {error:.2e}, {seconds:.1f} s"
+                    f"{'' if within else '  OFF'} {said}",
+                    flush=True,
+                )
     print(f"{len(lines) - n_off} of {len(lines)} rows are within their tolerance")
     if o.write:
         write_table(o.write, lines)

@@ -1,5 +1,6 @@
-"""Scenes with a published or closed-form answer, run with default settings, and how to read the answer off their states.
-Scenes are in units of R = 10 um and E = 1 GPa, so that forces are in E R^2 = 0.1 N and moments in E R^3 = 1e-6 N m."""
+"""Scenes with a published or closed-form answer, run with default settings, and how to read the answer off
+their states. Scenes are in units of R = 10 um and E = 1 GPa, so that forces are in E R^2 = 0.1 N and
+moments in E R^3 = 1e-6 N m."""
 
 import dataclasses
 import pathlib
@@ -63,7 +64,7 @@ class Saved:
         return self.file["bodies/position"][i % self.n][self._of(body)] / (R * 1e-6)
 
     def node(self, fiber, which, i=-1):
-        nodes = self.file["fibers/r"][i % self.n][self.first[fiber]:self.first[fiber + 1]]
+        nodes = self.file["fibers/r"][i % self.n][self.first[fiber] : self.first[fiber + 1]]
         return nodes[which] / (R * 1e-6)
 
     def contacts(self, i=-1):
@@ -73,11 +74,15 @@ class Saved:
         return take("normal_force") / FORCE, take("s_a") / (R * 1e-6), take("length") / (R * 1e-6)
 
     def first_unstable(self, stage):
-        """Share of the stage at the middle of the first increment that ends in an unstable equilibrium; NaN for none."""
+        """Share of the stage at the middle of the first increment that ends in an unstable equilibrium; NaN
+        for none."""
         found = [i for i in range(self.n) if self.stages[i] == stage and self.file["solver/unstable"][i]]
         if not found:
             return np.nan
-        times = [float(self.file["stage_time"][i]) if self.stages[i] == stage else 0.0 for i in (found[0] - 1, found[0])]
+        times = [
+            float(self.file["stage_time"][i]) if self.stages[i] == stage else 0.0
+            for i in (found[0] - 1, found[0])
+        ]
         return 0.5 * sum(times)
 
 
@@ -114,18 +119,41 @@ def elastica(load, model):
     force = load * np.pi / 4 / length**2 * FORCE
     scene.stage("bend", 10, free_but("z", "y", "rx", "rz") + [("tip", "z", "force", force)])
     x, z = ref.elastica_tip(load)
-    return Case(f"elastica_{load}_{model}", scene, [
-        Row(f"cantilever ({model}) under a dead force, P L²/EI = {load}: tip (x, z)/L", "elastica, shooting", (x, z),
-            lambda s: s.node(0, -1)[[0, 2]] / length)])
+    return Case(
+        f"elastica_{load}_{model}",
+        scene,
+        [
+            Row(
+                f"cantilever ({model}) under a dead force, P L²/EI = {load}: tip (x, z)/L",
+                "elastica, shooting",
+                (x, z),
+                lambda s: s.node(0, -1)[[0, 2]] / length,
+            )
+        ],
+    )
 
 
 def roll_up():
     length = 100.0
     scene = base("roll-up")
     clamped_fiber(scene, [(0, 0, 0), (length, 0, 0)], 16)
-    scene.stage("roll", 10, free_but("ry", "y", "rx", "rz") + [("tip", "ry", "force", -np.pi * np.pi / 4 / length * MOMENT)])
-    return Case("roll_up", scene, [Row("cantilever rolled to half a circle by M L/EI = π: tip (x, z)/L", "circle",
-                                       (0, 2 / np.pi), lambda s: s.node(0, -1)[[0, 2]] / length)])
+    scene.stage(
+        "roll",
+        10,
+        free_but("ry", "y", "rx", "rz") + [("tip", "ry", "force", -np.pi * np.pi / 4 / length * MOMENT)],
+    )
+    return Case(
+        "roll_up",
+        scene,
+        [
+            Row(
+                "cantilever rolled to half a circle by M L/EI = π: tip (x, z)/L",
+                "circle",
+                (0, 2 / np.pi),
+                lambda s: s.node(0, -1)[[0, 2]] / length,
+            )
+        ],
+    )
 
 
 def bend45():
@@ -143,8 +171,19 @@ def bend45():
     for force in (300, 450, 600):
         scene.stage(f"F{force}", 6, free_but("z") + [("tip", "z", "force", force)])
     tip = lambda force: lambda s: s.node(0, -1, s.last_of(f"F{force}")) * R * 1e-6
-    return Case("bend45", scene, [Row(f"45° bend, F = {f}: tip", "Reissner's beam, shooting (Bathe and Bolourchi 1979)",
-                                      tuple(ref.bend_45(f)), tip(f)) for f in (300, 450, 600)])
+    return Case(
+        "bend45",
+        scene,
+        [
+            Row(
+                f"45° bend, F = {f}: tip",
+                "Reissner's beam, shooting (Bathe and Bolourchi 1979)",
+                tuple(ref.bend_45(f)),
+                tip(f),
+            )
+            for f in (300, 450, 600)
+        ],
+    )
 
 
 def column():
@@ -155,8 +194,18 @@ def column():
     scene.stage("shorten", 20, [("tip", "x", "displacement", -shortening * length * R)])
     euler = 4 * np.pi**2 * np.pi / 4 / length**2
     expected = ref.buckled_column(shortening) / (4 * np.pi**2)
-    return Case("column", scene, [Row("column with a bow of L/10,000, shortened by 10 %: P over Euler's load", "elastica, shooting",
-                                      expected, lambda s: -s.force("tip")[0] / euler)])
+    return Case(
+        "column",
+        scene,
+        [
+            Row(
+                "column with a bow of L/10,000, shortened by 10 %: P over Euler's load",
+                "elastica, shooting",
+                expected,
+                lambda s: -s.force("tip")[0] / euler,
+            )
+        ],
+    )
 
 
 def tension(model):
@@ -165,8 +214,18 @@ def tension(model):
     clamped_fiber(scene, [(0, 0, 0), (length, 0, 0)], 50)
     scene.stage("pull", 2, [("tip", "x", "displacement", strain * length * R)])
     green = strain + strain**2 / 2
-    return Case(f"tension_{model}", scene, [Row(f"tension ({model}, ν = .3) by 1 %: F/(E A)", "St. Venant–Kirchhoff",
-                                                green * (1 + strain), lambda s: s.force("tip")[0] / np.pi)])
+    return Case(
+        f"tension_{model}",
+        scene,
+        [
+            Row(
+                f"tension ({model}, ν = .3) by 1 %: F/(E A)",
+                "St. Venant–Kirchhoff",
+                green * (1 + strain),
+                lambda s: s.force("tip")[0] / np.pi,
+            )
+        ],
+    )
 
 
 def torsion():
@@ -175,11 +234,24 @@ def torsion():
     clamped_fiber(scene, [(0, 0, 0), (length, 0, 0)], 30)
     scene.stage("twist", 6, [("tip", "rx", "displacement", angle)])
     k = angle / length
-    return Case("torsion", scene, [
-        Row("torsion by half a turn over 100 R: torque over G J φ/L", "St. Venant", 1.0,
-            lambda s: s.moment("tip")[0] / (np.pi / 2 / (2 * (1 + nu)) * k)),
-        Row("the same, length held: axial force over E I (φ/L)²", "St. Venant–Kirchhoff, second order", (1 - nu) / (1 + nu),
-            lambda s: s.force("tip")[0] / (np.pi / 4 * k**2))])
+    return Case(
+        "torsion",
+        scene,
+        [
+            Row(
+                "torsion by half a turn over 100 R: torque over G J φ/L",
+                "St. Venant",
+                1.0,
+                lambda s: s.moment("tip")[0] / (np.pi / 2 / (2 * (1 + nu)) * k),
+            ),
+            Row(
+                "the same, length held: axial force over E I (φ/L)²",
+                "St. Venant–Kirchhoff, second order",
+                (1 - nu) / (1 + nu),
+                lambda s: s.force("tip")[0] / (np.pi / 4 * k**2),
+            ),
+        ],
+    )
 
 
 def strand(lay):
@@ -197,10 +269,22 @@ def strand(lay):
     scene.stage("pull", 4, [("right", "x", "displacement", strain * length * R)])
     force, torque = ref.strand_1_6(lay, strain)
     area = np.pi * (core**2 + 6)
-    return Case(f"strand_{lay}", scene, [
-        Row(f"1+6 strand, lay {lay}°, strain 10⁻³, no friction: F/(Σ E A ε)", "Costello, by energy", force,
-            lambda s: s.force("right")[0] / (area * strain), *((0.02, "sections give way: 0.8 % at 20°") if lay == 20 else ())),
-        Row("the same: torque/(E R³)", "Costello, by energy", torque, lambda s: abs(s.moment("right")[0]))])
+    return Case(
+        f"strand_{lay}",
+        scene,
+        [
+            Row(
+                f"1+6 strand, lay {lay}°, strain 10⁻³, no friction: F/(Σ E A ε)",
+                "Costello, by energy",
+                force,
+                lambda s: s.force("right")[0] / (area * strain),
+                *((0.02, "sections give way: 0.8 % at 20°") if lay == 20 else ()),
+            ),
+            Row(
+                "the same: torque/(E R³)", "Costello, by energy", torque, lambda s: abs(s.moment("right")[0])
+            ),
+        ],
+    )
 
 
 def two_ply():
@@ -210,7 +294,11 @@ def two_ply():
         scene.fiber(name, "f", um([(0, y, 0), (length, y, 0)]), 40)
     scene.body("left", (0, 0, 0), [("a", "start"), ("b", "start")])
     scene.body("right", (length * R, 0, 0), [("a", "end"), ("b", "end")])
-    scene.stage("twist", 16, [("right", "rx", "displacement", 2 * np.pi), ("right", "x", "displacement", strain * length * R)])
+    scene.stage(
+        "twist",
+        16,
+        [("right", "rx", "displacement", 2 * np.pi), ("right", "x", "displacement", strain * length * R)],
+    )
 
     def middle(s):
         force, at, stands_for = s.contacts()
@@ -218,26 +306,55 @@ def two_ply():
         return force[inner] / stands_for[inner]
 
     def law(s):
-        """T κ λ by the energy of the helix that the middle has become: clamps take a little of the turn from the ends."""
+        """T κ λ by the energy of the helix that the middle has become: clamps take a little of the turn from
+        the ends."""
         # 81 nodes: 8 to 72 are the middle. The fiber turns by less than half a turn from node to node.
         nodes = np.array([s.node(0, k) for k in range(8, 73)])
         angle = np.unwrap(np.arctan2(nodes[:, 2], nodes[:, 1]))
         rest = 64 / 80 * length
         return ref.two_ply(abs(angle[-1] - angle[0]) / rest, (nodes[-1, 0] - nodes[0, 0]) / rest - 1)
 
-    return Case("two_ply", scene, [
-        Row("two-ply yarn, one turn over 500 R, strain 1 %: mean contact force per length over T κ λ", "helix, by energy", 1.0,
-            lambda s: middle(s).mean() / law(s), 0.02, "elements are 12 R long"),
-        Row("the same: largest over mean", "uniform", 1.0, lambda s: middle(s).max() / middle(s).mean(), 0.02,
-            "elements are 12 R long")])
+    return Case(
+        "two_ply",
+        scene,
+        [
+            Row(
+                "two-ply yarn, one turn over 500 R, strain 1 %: mean contact force per length over T κ λ",
+                "helix, by energy",
+                1.0,
+                lambda s: middle(s).mean() / law(s),
+                0.02,
+                "elements are 12 R long",
+            ),
+            Row(
+                "the same: largest over mean",
+                "uniform",
+                1.0,
+                lambda s: middle(s).max() / middle(s).mean(),
+                0.02,
+                "elements are 12 R long",
+            ),
+        ],
+    )
 
 
 def unstable_twist(name, what, source, scene, critical, drives):
     """Twists to 0.9 of the critical angle and on to 1.1 of it in steps of 0.5 %."""
     scene.stage("twist", 12, [("tip", "rx", "displacement", 0.9 * critical)] + drives)
     scene.stage("find", 40, [("tip", "rx", "displacement", 0.2 * critical)] + drives)
-    return Case(name, scene, [Row(what, source, critical, lambda s: critical * (0.9 + 0.2 * s.first_unstable("find")),
-                                       before_the_end=True)])
+    return Case(
+        name,
+        scene,
+        [
+            Row(
+                what,
+                source,
+                critical,
+                lambda s: critical * (0.9 + 0.2 * s.first_unstable("find")),
+                before_the_end=True,
+            )
+        ],
+    )
 
 
 def greenhill(tension):
@@ -247,17 +364,33 @@ def greenhill(tension):
     pull = [("tip", "x", "force", tension * np.pi / 4 / length**2 * FORCE)]
     scene.stage("pull", 2, pull)
     critical = ref.greenhill(tension)
-    return unstable_twist(f"greenhill_{tension}", f"straight rod, clamped, T L²/EI = {tension}, twisted: M L/EI where unstable",
-                          "Greenhill, determinant", scene, critical, pull)
+    return unstable_twist(
+        f"greenhill_{tension}",
+        f"straight rod, clamped, T L²/EI = {tension}, twisted: M L/EI where unstable",
+        "Greenhill, determinant",
+        scene,
+        critical,
+        pull,
+    )
 
 
 def ring():
     length = 400.0
     scene = base("Michell's ring")
     clamped_fiber(scene, [(0, 0, 0), (length, 0, 0)], 40)
-    scene.stage("roll", 24, [("tip", "ry", "displacement", -2 * np.pi), ("tip", "x", "force", 0.0), ("tip", "z", "force", 0.0)])
-    return unstable_twist("ring", "closed ring, twisted: angle where unstable", "Michell, Zajac: 2π√3 (1 + ν)", scene,
-                          ref.ring_critical_twist(0.0), [])
+    scene.stage(
+        "roll",
+        24,
+        [("tip", "ry", "displacement", -2 * np.pi), ("tip", "x", "force", 0.0), ("tip", "z", "force", 0.0)],
+    )
+    return unstable_twist(
+        "ring",
+        "closed ring, twisted: angle where unstable",
+        "Michell, Zajac: 2π√3 (1 + ν)",
+        scene,
+        ref.ring_critical_twist(0.0),
+        [],
+    )
 
 
 def papailiou():
@@ -274,7 +407,9 @@ def papailiou():
     scene.body("left", (0, 0, 0), [("core", "start"), ("w*", "start")])
     scene.body("right", (length * R, 0, 0), [("core", "end"), ("w*", "end")])
     scene.stage("pull", 4, [("right", "x", "displacement", strain * length * R)], friction=False)
-    scene.stage("bend", 2, [("left", "ry", "displacement", angle / 2), ("right", "ry", "displacement", -angle / 2)])
+    scene.stage(
+        "bend", 2, [("left", "ry", "displacement", angle / 2), ("right", "ry", "displacement", -angle / 2)]
+    )
     own = np.pi / 4 * (1.2**4 + 6 * np.cos(np.radians(lay)))
     expected = ref.strand_stick_bending(lay, core=1.2)
 
@@ -290,9 +425,20 @@ def papailiou():
 
         return brentq(excess, 1e-3 * own, 1e3 * own) / own
 
-    return Case("papailiou", scene, [Row("1+6 strand, lay 5°, pulled and bent a little, reversible slip 10⁻⁵ R: E I over that of its wires",
-                                         "Papailiou, stick", expected, value, 0.02,
-                                         "sections shear: by 0.9 % of E I at this lay, 10 % at 15°")])
+    return Case(
+        "papailiou",
+        scene,
+        [
+            Row(
+                "1+6 strand, lay 5°, pulled and bent, reversible slip 10⁻⁵ R: E I over that of its wires",
+                "Papailiou, stick",
+                expected,
+                value,
+                0.02,
+                "sections shear: by 0.9 % of E I at this lay, 10 % at 15°",
+            )
+        ],
+    )
 
 
 def capstan(mu, degrees):
@@ -316,13 +462,30 @@ def capstan(mu, degrees):
     scene.body("brake", um([points[0]])[0], [("rope", "start")])
     scene.body("haul", um([points[-1]])[0], [("rope", "end")])
     pull = 2e-3 * np.pi
-    forces = lambda body, way: [(body, d, "force", pull * FORCE * x) for d, x in (("x", way[0]), ("z", way[2]))]
-    scene.stage("tighten", 5, forces("brake", back) + forces("haul", out), friction=False, proximal_start=1e-3)
-    scene.stage("haul", 10, forces("brake", back) +
-                [("haul", d, "displacement", 2 * R * x) for d, x in (("x", out[0]), ("z", out[2]))])
-    return Case(f"capstan_{mu}_{degrees}", scene, [
-        Row(f"rope {degrees}° around a drum of 10 R, µ = {mu}: ratio of its tensions", "Euler, Eytelwein: exp(µ θ)",
-            np.exp(mu * wrap), lambda s: (s.force("haul") @ out) / (s.force("brake") @ back))])
+    forces = lambda body, way: [
+        (body, d, "force", pull * FORCE * x) for d, x in (("x", way[0]), ("z", way[2]))
+    ]
+    scene.stage(
+        "tighten", 5, forces("brake", back) + forces("haul", out), friction=False, proximal_start=1e-3
+    )
+    scene.stage(
+        "haul",
+        10,
+        forces("brake", back)
+        + [("haul", d, "displacement", 2 * R * x) for d, x in (("x", out[0]), ("z", out[2]))],
+    )
+    return Case(
+        f"capstan_{mu}_{degrees}",
+        scene,
+        [
+            Row(
+                f"rope {degrees}° around a drum of 10 R, µ = {mu}: ratio of its tensions",
+                "Euler, Eytelwein: exp(µ θ)",
+                np.exp(mu * wrap),
+                lambda s: (s.force("haul") @ out) / (s.force("brake") @ back),
+            )
+        ],
+    )
 
 
 def pull_out(mu):
@@ -340,21 +503,35 @@ def pull_out(mu):
         y, z = np.cos(np.pi / 3 * k), np.sin(np.pi / 3 * k)
         scene.fiber(f"o{k}", "f", um([(0, 2 * y, 2 * z), (length, 2 * y, 2 * z)]), 10)
         scene.body(f"b{k}", (0, 2 * R * y, 2 * R * z), [(f"o{k}", "start"), (f"o{k}", "end")])
-        drives += [(f"b{k}", "y", "displacement", -press * R * y), (f"b{k}", "z", "displacement", -press * R * z)]
+        drives += [
+            (f"b{k}", "y", "displacement", -press * R * y),
+            (f"b{k}", "z", "displacement", -press * R * z),
+        ]
     scene.stage("press", 4, drives, friction=False) if mu > 0 else scene.stage("press", 4, drives)
     both = [("pull", "x", "displacement", R), ("guide", "x", "force", 0.0)]
     scene.stage("pull", 10, both)
+
     # The outer fibers touch each other too, so that only those of the core are counted: the core is fiber 0.
     def ratio(s):
         force = s.contacts()[0]
         a = int(s.file["contacts/first"][s.n - 1])
-        fibers = s.file["contacts/fiber_a"][a:a + len(force)], s.file["contacts/fiber_b"][a:a + len(force)]
+        fibers = (
+            s.file["contacts/fiber_a"][a : a + len(force)],
+            s.file["contacts/fiber_b"][a : a + len(force)],
+        )
         on_core = (fibers[0] == 0) | (fibers[1] == 0)
         return s.force("pull")[0] / force[on_core].sum()
 
     what = f"fiber pulled out from six others, µ = {mu}: force over the sum of its normal forces"
-    return Case(f"pull_out_{mu}", scene, [Row(what, "Coulomb", mu, ratio) if mu > 0 else
-                                          Row(what, "no friction", 0.0, ratio, 1e-6, absolute=True)])
+    return Case(
+        f"pull_out_{mu}",
+        scene,
+        [
+            Row(what, "Coulomb", mu, ratio)
+            if mu > 0
+            else Row(what, "no friction", 0.0, ratio, 1e-6, absolute=True)
+        ],
+    )
 
 
 def crossing():
@@ -366,10 +543,20 @@ def crossing():
     scene.body("table", (0, 0, 0), [("lower", "start"), ("lower", "end")])
     scene.body("grip", (0, 0, 2 * R), [("upper", "start"), ("upper", "end")])
     scene.stage("push", 10, [("grip", "z", "displacement", -push * R)])
-    return Case("crossing", scene, [
-        Row("two crossing fibers, L = 100 R, clamped, pushed by 2 R: force/(E R²)", "extensible elastica, boundary values",
-            ref.crossing_fibers(length, push), lambda s: -s.force("grip")[2], 0.02,
-            "sections give way where the fibers cross")])
+    return Case(
+        "crossing",
+        scene,
+        [
+            Row(
+                "two crossing fibers, L = 100 R, clamped, pushed by 2 R: force/(E R²)",
+                "extensible elastica, boundary values",
+                ref.crossing_fibers(length, push),
+                lambda s: -s.force("grip")[2],
+                0.02,
+                "sections give way where the fibers cross",
+            )
+        ],
+    )
 
 
 def touching():
@@ -379,8 +566,20 @@ def touching():
     scene.body("table", (0, 0, 0), [("lower", "start"), ("lower", "end")])
     scene.body("grip", (0, 0, 2 * R), [("upper", "start"), ("upper", "end")])
     scene.stage("slide", 4, [("grip", "x", "displacement", 5 * R)])
-    return Case("touching", scene, [Row("fiber that slides on another one and only touches it: force/(E R²)", "none", 0.0,
-                                        lambda s: np.linalg.norm(s.force("grip")), 1e-9, absolute=True)])
+    return Case(
+        "touching",
+        scene,
+        [
+            Row(
+                "fiber that slides on another one and only touches it: force/(E R²)",
+                "none",
+                0.0,
+                lambda s: np.linalg.norm(s.force("grip")),
+                1e-9,
+                absolute=True,
+            )
+        ],
+    )
 
 
 def monofilament(spacing):
@@ -389,18 +588,34 @@ def monofilament(spacing):
     scene = base("monofilament weave", contact=True, friction=False)
     text = '[weave]\npattern = "plain"'
     for family in ("warp", "weft"):
-        text += (f'\n[weave.{family}]\nfiber_type = "f"\nyarns = {n}\nfibers = 1\nelements = {8 * n}\n'
-                 f'yarn_spacing = "{spacing * R} um"\nmargin = "{spacing * R / 2} um"')
+        text += (
+            f'\n[weave.{family}]\nfiber_type = "f"\nyarns = {n}\nfibers = 1\nelements = {8 * n}\n'
+            f'yarn_spacing = "{spacing * R} um"\nmargin = "{spacing * R / 2} um"'
+        )
     scene.raw(text)
     own = 12 * np.pi / 4 * 4 / spacing**3 * FORCE  # about the force of a crossing
     turning = [("warp/*", "ry", "force", 0.0), ("weft/*", "rx", "force", 0.0)]
     pull = lambda f: [("warp/*/end", "x", "force", f), ("weft/*/end", "y", "force", f)]
     sliding = [("weft/*", "x", "force", 0.0), ("warp/*", "y", "force", 0.0)]
-    scene.stage("separate", 12, pull(0.5 * own) + turning, separate_yarns=True, friction=False, proximal_start=1e-3,
-                proximal_end=1e-3, fiber_model="rod")
-    scene.stage("relax", 10, pull(0.0) + turning + sliding, proximal_start=1e-3, proximal_end=0.0, fiber_model="rod")
+    scene.stage(
+        "separate",
+        12,
+        pull(0.5 * own) + turning,
+        separate_yarns=True,
+        friction=False,
+        proximal_start=1e-3,
+        proximal_end=1e-3,
+        fiber_model="rod",
+    )
+    scene.stage(
+        "relax", 10, pull(0.0) + turning + sliding, proximal_start=1e-3, proximal_end=0.0, fiber_model="rod"
+    )
     scene.stage("settle", 4, pull(0.0) + turning + sliding)
-    load = [("warp/*/end", "x", "displacement", strain * n * cell * R), ("weft/*/end", "y", "force", 0.0)] + turning + sliding
+    load = (
+        [("warp/*/end", "x", "displacement", strain * n * cell * R), ("weft/*/end", "y", "force", 0.0)]
+        + turning
+        + sliding
+    )
     scene.stage("load", 6, load)
 
     def length(s, stage):
@@ -411,12 +626,28 @@ def monofilament(spacing):
         reached = length(s, "load") / length(s, "settle") - 1
         return np.mean([s.force(f"warp/{k + 1}/end")[0] for k in range(n)]) / (np.pi * reached)
 
-    return Case(f"monofilament_{spacing}", scene, [
-        Row(f"plain weave of monofilaments, {spacing} R from crossing to crossing, no friction: crimp",
-            "elastica cell, boundary values", crimp, lambda s: n * spacing / length(s, "settle") - 1, 0.03,
-            "sections give way at the crossings"),
-        Row("the same, warp pulled by 0.05 %, weft free: K/EA", "elastica cell, boundary values", stiffness, stiffness_of, 0.03,
-            "sections give way at the crossings")])
+    return Case(
+        f"monofilament_{spacing}",
+        scene,
+        [
+            Row(
+                f"plain weave of monofilaments, {spacing} R from crossing to crossing, no friction: crimp",
+                "elastica cell, boundary values",
+                crimp,
+                lambda s: n * spacing / length(s, "settle") - 1,
+                0.03,
+                "sections give way at the crossings",
+            ),
+            Row(
+                "the same, warp pulled by 0.05 %, weft free: K/EA",
+                "elastica cell, boundary values",
+                stiffness,
+                stiffness_of,
+                0.03,
+                "sections give way at the crossings",
+            ),
+        ],
+    )
 
 
 def bundle(n, bonded):
@@ -439,16 +670,27 @@ def bundle(n, bonded):
         drives += [(body, "rz", "displacement", angle), (body, "x", "force", 0.0), (body, "y", "force", 0.0)]
     scene.stage("bend", 2, drives)
     expected = ref.bonded_over_loose(n) if bonded else 1.0
-    return Case(f"{'bonded' if bonded else 'loose'}_{n}", scene, [
-        Row(f"bundle of {n}, {what}, bent: E I over that of its fibers one by one", "plane sections" if bonded else "sum of fibers",
-            expected, lambda s: sum(s.moment(b)[2] for b in moving) / (n * np.pi / 4 * angle / length))])
+    return Case(
+        f"{'bonded' if bonded else 'loose'}_{n}",
+        scene,
+        [
+            Row(
+                f"bundle of {n}, {what}, bent: E I over that of its fibers one by one",
+                "plane sections" if bonded else "sum of fibers",
+                expected,
+                lambda s: sum(s.moment(b)[2] for b in moving) / (n * np.pi / 4 * angle / length),
+            )
+        ],
+    )
 
 
 def twisted_yarn(layers):
-    """A core, six fibers around it that just touch each other, and six more on top of these; all turn alike."""
+    """A core, six fibers around it that just touch each other, and six more on top; all turn alike."""
     lay, strain = 15.0, 1e-3
     scene = base("twisted yarn", contact=True, friction=False)
-    # Six helices of the radius r and the turn w touch where the nearest distance of two, over all shifts along the axis, is 2.
+
+    # Six helices of the radius r and the turn w touch where the nearest distance of two, over all shifts
+    # along the axis, is 2.
     def nearest(r, w):
         shift = np.linspace(-2, 2, 4001)
         return np.sqrt((2 * r * np.sin(np.pi / 6 + w * shift / 2)) ** 2 + shift**2).min()
@@ -469,17 +711,26 @@ def twisted_yarn(layers):
     # Over the section across the axis, in which a fiber is wider by 1/cos.
     area = np.pi * sum(np.hypot(1, turn * r) if r else (first - 1) ** 2 for r in radii)
     n = len(radii)
-    return Case(f"twisted_yarn_{n}", scene, [
-        Row(f"yarn of {n}, {lay:g}° at its surface, strain 10⁻³, no friction: modulus over that of its fibers",
-            f"helices, by energy; cos² of the angle: {np.cos(np.radians(lay))**2:.4f}",
-            ref.twisted_yarn(turn, radii, first - 1, strain) / area,
-            lambda s: s.force("right")[0] / (area * strain))])
+    return Case(
+        f"twisted_yarn_{n}",
+        scene,
+        [
+            Row(
+                f"yarn of {n}, {lay:g}° at its surface, strain 10⁻³: modulus over that of its fibers",
+                f"helices, by energy; cos² of the angle: {np.cos(np.radians(lay))**2:.4f}",
+                ref.twisted_yarn(turn, radii, first - 1, strain) / area,
+                lambda s: s.force("right")[0] / (area * strain),
+            )
+        ],
+    )
 
 
 # Builders by name, so that one row is had without the references of all.
 BUILDERS = {
     **{f"elastica_{p}_{m}": (lambda p=p, m=m: elastica(p, m)) for p in (1, 10) for m in ("enriched", "rod")},
-    "roll_up": roll_up, "bend45": bend45, "column": column,
+    "roll_up": roll_up,
+    "bend45": bend45,
+    "column": column,
     **{f"tension_{m}": (lambda m=m: tension(m)) for m in ("enriched", "rod")},
     "torsion": torsion,
     **{f"greenhill_{t}": (lambda t=t: greenhill(t)) for t in (1, 100)},
@@ -488,9 +739,17 @@ BUILDERS = {
     "two_ply": two_ply,
     **{f"twisted_yarn_{1 + 6 * n}": (lambda n=n: twisted_yarn(n)) for n in (1, 2)},
     "papailiou": papailiou,
-    **{f"{'bonded' if b else 'loose'}_{n}": (lambda n=n, b=b: bundle(n, b)) for n in (7, 19, 37) for b in (True, False)},
-    **{f"capstan_{m}_{d}": (lambda m=m, d=d: capstan(m, d)) for m, d in ((0.5, 90), (0.3, 180), (0.2, 270), (0.1, 360))},
+    **{
+        f"{'bonded' if b else 'loose'}_{n}": (lambda n=n, b=b: bundle(n, b))
+        for n in (7, 19, 37)
+        for b in (True, False)
+    },
+    **{
+        f"capstan_{m}_{d}": (lambda m=m, d=d: capstan(m, d))
+        for m, d in ((0.5, 90), (0.3, 180), (0.2, 270), (0.1, 360))
+    },
     **{f"pull_out_{m}": (lambda m=m: pull_out(m)) for m in (0.2, 0)},
-    "crossing": crossing, "touching": touching,
+    "crossing": crossing,
+    "touching": touching,
     **{f"monofilament_{p}": (lambda p=p: monofilament(p)) for p in (10, 20)},
 }

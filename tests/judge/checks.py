@@ -1,4 +1,5 @@
-"""What a saved state must fulfil to be an equilibrium with all its contacts. Each check returns a list of complaints."""
+"""What a saved state must fulfil to be an equilibrium with all its contacts. Each check returns a list of
+complaints."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -33,7 +34,8 @@ def wants_contact(mesh, state, a, b):
 
 
 class Samples:
-    """Points along all fibers, closer than a third of the thinnest radius around them where that is affordable."""
+    """Points along all fibers, closer than a third of the thinnest radius around them where that is
+    affordable."""
 
     def __init__(self, state, most=6000):
         mesh = state.mesh
@@ -74,23 +76,28 @@ def near_pairs(state):
 
 
 def feet(state, a, b, s_a, s_b):
-    """For points s_a of fiber a the nearest points of b near s_b: Newton's method for (r_b - r_a)·r_b' = 0."""
+    """For points s_a of fiber a the nearest ones of b near s_b: Newton's method for (r_b - r_a)·r_b' = 0."""
     target = state.curve(a, s_a)
     limit = 0.5 * state.mesh.radius[b] + 0.5 * state.mesh.radius[a]
     for _ in range(12):
         r, d, dd = state.curve(b, s_b, 2)
         chord = r - target
         slope, curvature = (chord * d).sum(1), (d * d).sum(1) + (chord * dd).sum(1)
-        step = np.where(curvature > 0.1 * (d * d).sum(1), -slope / np.maximum(curvature, 1e-300), -np.sign(slope) * limit)
+        step = np.where(
+            curvature > 0.1 * (d * d).sum(1), -slope / np.maximum(curvature, 1e-300), -np.sign(slope) * limit
+        )
         s_b = np.clip(s_b + np.clip(step, -limit, limit), 0, state.mesh.length(b))
     r, d = state.curve(b, s_b, 1)
     chord = r - target
-    inside = (s_b > 0) & (s_b < state.mesh.length(b)) & (np.abs((chord * d).sum(1)) < 1e-6 * state.mesh.radius[b])
+    inside = (
+        (s_b > 0) & (s_b < state.mesh.length(b)) & (np.abs((chord * d).sum(1)) < 1e-6 * state.mesh.radius[b])
+    )
     return s_b, chord, inside
 
 
 def overlaps(state):
-    """Where outlines overlap: per pair of fibers arrays (s_a, s_b, overlap over the thinner radius), chords normal to b."""
+    """Where outlines overlap: per pair of fibers arrays (s_a, s_b, overlap over the thinner radius), chords
+    normal to b."""
     mesh = state.mesh
     a, s_a, b, s_b = near_pairs(state)
     out = {}
@@ -110,7 +117,9 @@ def overlaps(state):
         sq, chord, inside = feet(state, p, q, sp, sq)
         distance = np.linalg.norm(chord, axis=1)
         n = chord / np.maximum(distance, 1e-300)[:, None]
-        depth = (state.reach(p, sp, n) + state.reach(q, sq, n) - distance) / min(mesh.radius[p], mesh.radius[q])
+        depth = (state.reach(p, sp, n) + state.reach(q, sq, n) - distance) / min(
+            mesh.radius[p], mesh.radius[q]
+        )
         # Ends have no caps: what lies within a radius of one is not asked for.
         for f, s in ((p, sp), (q, sq)):
             inside &= (s > mesh.radius[f]) & (s < mesh.length(f) - mesh.radius[f])
@@ -141,12 +150,22 @@ def contacts_complete(state):
         lost = ~covered & (depth > MISSED)
         if lost.any():
             worst = np.argmax(np.where(lost, depth, 0))
-            missed.append((depth[worst], f"fibers {a} and {b} overlap by {depth[worst]:.3f} R at s = {s[worst]:.4g} and "
-                           f"{t[worst]:.4g} m, and no contact element is near"))
+            missed.append(
+                (
+                    depth[worst],
+                    f"fibers {a} and {b} overlap by {depth[worst]:.3f} R at s = {s[worst]:.4g} and "
+                    f"{t[worst]:.4g} m, and no contact element is near",
+                )
+            )
         if depth.max() > DEEP:
             worst = np.argmax(depth)
-            deep.append((depth[worst], f"fibers {a} and {b} lie {depth[worst]:.2f} R inside each other at "
-                         f"s = {s[worst]:.4g} and {t[worst]:.4g} m"))
+            deep.append(
+                (
+                    depth[worst],
+                    f"fibers {a} and {b} lie {depth[worst]:.2f} R inside each other at "
+                    f"s = {s[worst]:.4g} and {t[worst]:.4g} m",
+                )
+            )
     return ([x for _, x in sorted(missed, reverse=True)], [x for _, x in sorted(deep, reverse=True)])
 
 
@@ -176,8 +195,14 @@ def group_balance(state):
     for fibers, bodies in groups(mesh, state):
         own = np.zeros(mesh.n_fibers, bool)
         own[fibers] = True
-        forces, points, moments = [state.body_force[bodies]], [state.body_position[bodies]], state.body_moment[bodies]
-        inner = np.zeros(3)  # moment of contacts within the group: friction of rods acts on their axes, and so turns them
+        forces, points, moments = (
+            [state.body_force[bodies]],
+            [state.body_position[bodies]],
+            state.body_moment[bodies],
+        )
+        inner = np.zeros(
+            3
+        )  # moment of contacts within the group: friction of rods acts on their axes, and so turns them
         for of, other, at, sign in ((state.b, state.a, at_b, 1), (state.a, state.b, at_a, -1)):
             k = own[of] & ~own[other]
             forces.append(sign * on_b[k])
@@ -197,7 +222,8 @@ def group_balance(state):
         if off > BALANCE * size + noise:
             complaints.append(f"{who}: forces are out of balance by {off:.3g} of {size:.3g} N")
         moment = np.concatenate([np.cross(arm, force), moments])
-        # A lever within the section is not known better than the overlap: forces of bodies and contact count with it.
+        # A lever within the section is not known better than the overlap: forces of bodies and contact count
+        # with it.
         slack = size * mesh.radius[fibers].max() * 2 * BALANCE
         moment_size = np.linalg.norm(moment, axis=1).sum()
         turn = np.linalg.norm(moment.sum(0) + inner)
@@ -216,17 +242,20 @@ def fiber_balance(state, start):
         free[0], free[-1] = (f, "start") not in tied, (f, "end") not in tied
         ends = sum(np.linalg.norm(force[k]) for k in (0, -1) if not free[k])
         off = np.linalg.norm(force[free], axis=1).sum()
-        # Against what loads it across: its contacts, and the pull at its ends as far as the fiber turns. A pull along a
-        # straight fiber must not hide what is missing across it. Contacts are saved in single precision, so that forces
-        # that cancel are known to 1e-6.
+        # Against what loads it across: its contacts, and the pull at its ends as far as the fiber turns. A
+        # pull along a straight fiber must not hide what is missing across it. Contacts are saved in single
+        # precision, so that forces that cancel are known to 1e-6.
         t = state.t[mesh.nodes(f)]
         t = t / np.linalg.norm(t, axis=1)[:, None]
         turning = np.arccos(np.clip((t[1:] * t[:-1]).sum(1), -1, 1)).sum()
         size = contact_size[free].sum() + ends * min(1.0, turning)
         allowed = LOCAL * size + ALONG * ends + 1e-6 * elastic_size.sum() + NOISE * bending_force(mesh, f)
         if off > allowed:
-            complaints.append(f"fiber {f} of {mesh.yarn_names[mesh.yarn[f]]}: elastic forces and contacts are out of balance "
-                              f"by {off:.3g} N, summed over its nodes, where what loads it across sums up to {size:.3g} N")
+            complaints.append(
+                f"fiber {f} of {mesh.yarn_names[mesh.yarn[f]]}: elastic forces and contacts are out of "
+                f"balance "
+                f"by {off:.3g} N, summed over its nodes, where what loads it across sums up to {size:.3g} N"
+            )
     return complaints
 
 
@@ -243,8 +272,10 @@ def friction_law(state):
     over = drag > mu * state.normal_force * (1 + 1e-3) + 1e-5 * largest
     if over.any():
         k = np.argmax(drag - mu * state.normal_force)
-        complaints.append(f"{over.sum()} contacts bear more friction than mu N, the worst {drag[k]:.3g} N at "
-                          f"N = {state.normal_force[k]:.3g} N, mu = {mu}")
+        complaints.append(
+            f"{over.sum()} contacts bear more friction than mu N, the worst {drag[k]:.3g} N at "
+            f"N = {state.normal_force[k]:.3g} N, mu = {mu}"
+        )
     along = np.abs((state.friction * state.normal).sum(1)) > 1e-3 * drag + 1e-6 * largest
     if along.any():
         complaints.append(f"friction of {along.sum()} contacts is not tangential")
@@ -255,18 +286,23 @@ def friction_law(state):
 
 
 def finite(state):
-    bad = [k for k in ("r", "g1", "g2", "t", "body_force", "body_moment", "normal_force", "gap", "friction")
-           if not np.isfinite(getattr(state, k)).all()]
+    bad = [
+        k
+        for k in ("r", "g1", "g2", "t", "body_force", "body_moment", "normal_force", "gap", "friction")
+        if not np.isfinite(getattr(state, k)).all()
+    ]
     return [f"{k} has values that are not finite" for k in bad]
 
 
 def coplanar_times(p, q):
-    """Times 0 ... 1 at which pieces p0 p1 and q0 q1, whose points (n, 2 (time), 3) move straight, cut each other, with the
-    sign of the passage: +1 from below to above along the common normal. Returns an array of (sign) per piece pair, 0 for
-    none."""
+    """Times 0 ... 1 at which pieces p0 p1 and q0 q1, whose points (n, 2 (time), 3) move straight, cut each
+    other, with the sign of the passage: +1 from below to above along the common normal. Returns an array
+    of (sign) per piece pair, 0 for none."""
     p0, p1, q0, q1 = p[0], p[1], q[0], q[1]
     at = lambda x, t: x[:, 0] + t * (x[:, 1] - x[:, 0])
-    volume = lambda t: (np.cross(at(p1, t) - at(p0, t), at(q1, t) - at(q0, t)) * (at(q0, t) - at(p0, t))).sum(1)
+    volume = lambda t: (np.cross(at(p1, t) - at(p0, t), at(q1, t) - at(q0, t)) * (at(q0, t) - at(p0, t))).sum(
+        1
+    )
     # A cubic in t from four values.
     t = np.array([0, 1 / 3, 2 / 3, 1])
     coefficients = np.linalg.solve(np.vander(t), np.stack([volume(x) for x in t]))
@@ -276,7 +312,7 @@ def coplanar_times(p, q):
             if abs(root.imag) > 1e-9 or not 0 < root.real <= 1:
                 continue
             x = root.real
-            a, b, c, d = (at(y[k:k + 1], x)[0] for y in (p0, p1, q0, q1))
+            a, b, c, d = (at(y[k : k + 1], x)[0] for y in (p0, p1, q0, q1))
             # a + u (b - a) = c + v (d - c)
             m = np.stack([b - a, c - d], 1)
             (u, v), *_ = np.linalg.lstsq(m, c - a, rcond=None)
@@ -287,10 +323,13 @@ def coplanar_times(p, q):
 
 
 def passed_through(before, after):
-    """Pairs of fibers whose axes cut each other if every node goes straight from one saved state to the next. Where
-    something turns by more than a quarter of a turn in between, straight ways say nothing, and no one is accused."""
+    """Pairs of fibers whose axes cut each other if every node goes straight from one saved state to the next.
+    Where something turns by more than a quarter of a turn in between, straight ways say nothing, and no
+    one is accused."""
     mesh = after.mesh
-    turned = (before.t * after.t).sum(1) < 0.5 * np.linalg.norm(before.t, axis=1) * np.linalg.norm(after.t, axis=1)
+    turned = (before.t * after.t).sum(1) < 0.5 * np.linalg.norm(before.t, axis=1) * np.linalg.norm(
+        after.t, axis=1
+    )
     if turned.any():
         return []
     complaints = []
@@ -301,7 +340,7 @@ def passed_through(before, after):
     low = np.array([b[1].min(0) for b in boxes])
     high = np.array([b[2].max(0) for b in boxes])
     for a in range(mesh.n_fibers):
-        others = np.flatnonzero(((low[a] <= high[a + 1:]) & (low[a + 1:] <= high[a])).all(1)) + a + 1
+        others = np.flatnonzero(((low[a] <= high[a + 1 :]) & (low[a + 1 :] <= high[a])).all(1)) + a + 1
         for b in others:
             if not wants_contact(mesh, after, a, b):
                 continue
@@ -312,5 +351,7 @@ def passed_through(before, after):
             # Passages through one fiber and back again cancel.
             total = coplanar_times((xa[i], xa[i + 1]), (xb[j], xb[j + 1])).sum()
             if total != 0:
-                complaints.append(f"fibers {a} and {b} have passed through each other since the saved state before")
+                complaints.append(
+                    f"fibers {a} and {b} have passed through each other since the saved state before"
+                )
     return complaints

@@ -3,8 +3,8 @@
 
     judge.py states.h5 [...] [--increment N] [--quiet]
 
-Exit code 0: right; 1: wrong, with the reasons; 2: not to be read. A state that is still damped (proximal term) is judged by
-its contacts alone. Shares no code with the programs that it judges.
+Exit code 0: right; 1: wrong, with the reasons; 2: not to be read. A state that is still damped (proximal
+term) is judged by its contacts alone. Shares no code with the programs that it judges.
 """
 
 import argparse
@@ -39,7 +39,9 @@ def verdict(file, increment=-1):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("states", nargs="+")
     parser.add_argument("--increment", type=int, default=-1, help="saved state, from the end where negative")
     parser.add_argument("--every", action="store_true", help="judge all saved states, not one")
@@ -55,7 +57,8 @@ def main():
                 for i in which:
                     for check, complaints in verdict(file, i).items():
                         found.setdefault(check, []).extend(
-                            (f"state {i}: " if options.every else "") + c for c in complaints)
+                            (f"state {i}: " if options.every else "") + c for c in complaints
+                        )
         except (OSError, KeyError) as error:
             print(f"{name}: {error}")
             return 2

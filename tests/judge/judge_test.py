@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""The judge on states that are right, and on the same states with one thing made wrong: each is found by the check it belongs to.
+"""The judge on states that are right, and on the same states with one thing made wrong: each is found by the
+check it belongs to.
 
     judge_test.py BIN      BIN: folder of simulate_fibers
 """
@@ -28,8 +29,16 @@ def crossing(model, turn=0.0):
     scene.fiber_type("f", "m", R, model)
     scene.solver = TIGHT
     scene.contact["friction_coefficient"] = 0.3
-    for name, points in (("under", [(-200, 0, 0), (200, 0, 0)]),
-                         ("over", [(-200 * np.sin(turn), -200 * np.cos(turn), 20.1), (200 * np.sin(turn), 200 * np.cos(turn), 20.1)])):
+    for name, points in (
+        ("under", [(-200, 0, 0), (200, 0, 0)]),
+        (
+            "over",
+            [
+                (-200 * np.sin(turn), -200 * np.cos(turn), 20.1),
+                (200 * np.sin(turn), 200 * np.cos(turn), 20.1),
+            ],
+        ),
+    ):
         scene.fiber(name, "f", points, 10)
         scene.body(name, (0, 0, points[0][2]), [(name, "start"), (name, "end")])
     scene.stage("press", 3, [("over", "z", "displacement", -0.5 * R)])
@@ -44,7 +53,10 @@ def loop():
     scene.fiber_type("f", "m", R, "enriched")
     scene.solver = TIGHT
     scene.effects = {"self_contact": True, "friction": False}
-    points = [(150 * np.sin(a), 150 * (1 - np.cos(a)), 21 * (a / (2 * np.pi) - 0.5)) for a in np.linspace(0, 2 * np.pi, 25)]
+    points = [
+        (150 * np.sin(a), 150 * (1 - np.cos(a)), 21 * (a / (2 * np.pi) - 0.5))
+        for a in np.linspace(0, 2 * np.pi, 25)
+    ]
     points = [(-200, 0, -10.5)] + points + [(200, 0, 10.5)]
     scene.fiber("loop", "f", points, 40)
     scene.body("left", points[0], [("loop", "start")])
@@ -60,10 +72,18 @@ class Judge(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="judge_"))
         cls.states = {}
-        for name, scene in (("rods", crossing("rod")), ("beams", crossing("enriched", 0.3)), ("loop", loop())):
+        for name, scene in (
+            ("rods", crossing("rod")),
+            ("beams", crossing("enriched", 0.3)),
+            ("loop", loop()),
+        ):
             file = cls.folder / f"{name}.toml"
             file.write_text(scene.text())
-            subprocess.run([cls.binary, file, "--threads", "1", "--out", cls.folder / name], check=True, capture_output=True)
+            subprocess.run(
+                [cls.binary, file, "--threads", "1", "--out", cls.folder / name],
+                check=True,
+                capture_output=True,
+            )
             cls.states[name] = cls.folder / name / "states.h5"
 
     @classmethod
@@ -156,14 +176,14 @@ class Judge(unittest.TestCase):
     def test_fibers_that_passed_through_each_other(self):
         def jump(file, i):
             first = file["mesh/first_node"][:]
-            file["fibers/r"][i, first[1]:first[2], 2] -= 6 * R * 1e-6
+            file["fibers/r"][i, first[1] : first[2], 2] -= 6 * R * 1e-6
 
         self.assertIn("passed", self.found("rods", jump))
 
     def test_deep_overlap(self):
         def sink(file, i):
             first = file["mesh/first_node"][:]
-            file["fibers/r"][i, first[1]:first[2], 2] -= 0.5 * R * 1e-6
+            file["fibers/r"][i, first[1] : first[2], 2] -= 0.5 * R * 1e-6
 
         self.assertIn("deep", self.found("rods", sink))
 

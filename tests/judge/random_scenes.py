@@ -1,4 +1,5 @@
-"""Random small scenes, a kind by chance: what a solver of fibers in contact may meet. The seed tells the scene."""
+"""Random small scenes, a kind by chance: what a solver of fibers in contact may meet. The seed tells the
+scene."""
 
 import math
 import random
@@ -6,7 +7,7 @@ import random
 from scene_text import Scene, helix
 
 R = 10.0  # um
-E = 3e9   # Pa
+E = 3e9  # Pa
 
 
 def start(u, title):
@@ -35,13 +36,14 @@ def spline(u, half, angle, height, bow, wave):
 
 
 def stack(u):
-    """Two to five curved fibers above each other, radii 1 to 100 apart, driven by displacements, forces or turns."""
+    """Two to five curved fibers above each other, radii 1 to 100 apart, driven by displacements, forces or
+    turns."""
     scene = start(u, "curved fibers above each other")
     n, model = u.choice((2, 2, 3, 4, 5)), u.choice(("rod", "enriched"))
     ratio = u.choice((1, 1, 3, 10, 100))
 
     radii = [R * ratio ** u.choice((0, 0, 0.5, 1)) for _ in range(n)]
-    half, height, last = 30 * R if ratio < 10 else 15 * R * ratio ** 0.75, 0.0, 0.0
+    half, height, last = 30 * R if ratio < 10 else 15 * R * ratio**0.75, 0.0, 0.0
     for k, r in enumerate(radii):
         scene.fiber_type(f"t{k}", "m", r, model if u.random() < 0.8 else u.choice(("rod", "enriched")))
         bow = u.choice((0, 1, -1)) * u.uniform(0, 0.2) * half
@@ -49,17 +51,28 @@ def stack(u):
         if k:
             height += radii[k - 1] + r + u.uniform(0.05, 2) * min(radii[k - 1], r) + last + abs(bow)
         last = abs(bow)
-        points = spline(u, half, 0 if k == 0 else math.radians(u.uniform(0, 90)) * u.choice((1, -1)), height, bow, wave)
+        points = spline(
+            u, half, 0 if k == 0 else math.radians(u.uniform(0, 90)) * u.choice((1, -1)), height, bow, wave
+        )
         scene.fiber(f"f{k}", f"t{k}", points, u.choice((8, 12, 16, 24)))
         ends(scene, f"f{k}", points)
     for stage in range(u.choice((1, 1, 2))):
         k = u.randrange(1, n)
         thin = min(radii)
-        drives = [(f"f{k}/*", "z", "displacement", -u.uniform(0.5, 15) * thin - (0 if ratio == 1 else u.uniform(0, 2) * R))]
+        drives = [
+            (
+                f"f{k}/*",
+                "z",
+                "displacement",
+                -u.uniform(0.5, 15) * thin - (0 if ratio == 1 else u.uniform(0, 2) * R),
+            )
+        ]
         if u.random() < 0.5:
             drives.append((f"f{k}/*", u.choice("xy"), "displacement", u.uniform(-10, 10) * thin))
         if u.random() < 0.25:
-            drives.append((f"f{k}/end", u.choice(("rx", "ry", "rz")), "displacement", math.radians(u.uniform(-60, 60))))
+            drives.append(
+                (f"f{k}/end", u.choice(("rx", "ry", "rz")), "displacement", math.radians(u.uniform(-60, 60)))
+            )
         scene.stage(f"s{stage}", u.choice((1, 2, 5, 10)), drives)
     return scene
 
@@ -78,7 +91,9 @@ def pressed(u):
         scene.fiber(f"f{k}", f"t{k}", points, u.choice((8, 12, 16)))
         scene.body(f"f{k}/both", (0, 0, z), [(f"f{k}", "start"), (f"f{k}", "end")])
     stiffness = 48 * E * math.pi * min(radii) ** 4 / 4 / (2 * half) ** 3 * 1e-6  # N per um
-    scene.stage("press", u.choice((2, 5, 10)), [("f1/both", "z", "force", -stiffness * R * u.uniform(0.2, 3))])
+    scene.stage(
+        "press", u.choice((2, 5, 10)), [("f1/both", "z", "force", -stiffness * R * u.uniform(0.2, 3))]
+    )
     return scene
 
 
@@ -92,7 +107,11 @@ def covered(u):
     radius = core + wire + u.uniform(0.0, 0.05) * wire
     # Windings may not lie in each other: n of them share the pitch.
     pitch = 2 * math.pi * radius / math.tan(lay)
-    while n > 1 and pitch * math.cos(math.pi / 2 - lay) < 2.1 * n * wire or 2 * math.pi * radius * math.cos(lay) < 2.1 * n * wire:
+    while (
+        n > 1
+        and pitch * math.cos(math.pi / 2 - lay) < 2.1 * n * wire
+        or 2 * math.pi * radius * math.cos(lay) < 2.1 * n * wire
+    ):
         n -= 1
         if n == 0:
             n, lay = 1, math.radians(60)
@@ -106,7 +125,14 @@ def covered(u):
     scene.fiber("core", "core", [(0, 0, 0), (length, 0, 0)], 16)
     names = ["core"]
     along = math.hypot(length, 2 * math.pi * radius * turns)
-    elements = max(12, min(60, round(along / (3 * wire)), ), round(16 * turns))
+    elements = max(
+        12,
+        min(
+            60,
+            round(along / (3 * wire)),
+        ),
+        round(16 * turns),
+    )
     for k in range(n):
         scene.fiber(f"w{k}", "wire", helix(radius, turns, 2 * math.pi * k / n, length), elements)
         names.append(f"w{k}")
@@ -114,10 +140,18 @@ def covered(u):
     scene.body("right", (length, 0, 0), [(name, "end") for name in names])
     kind = u.choice(("pull", "pull", "twist", "bend"))
     if kind == "pull":
-        scene.stage("pull", u.choice((1, 3, 6)), [("right", "x", "displacement", u.uniform(1e-3, 1e-2) * length)])
+        scene.stage(
+            "pull", u.choice((1, 3, 6)), [("right", "x", "displacement", u.uniform(1e-3, 1e-2) * length)]
+        )
     elif kind == "twist":
-        scene.stage("twist", u.choice((2, 5)), [("right", "rx", "displacement", u.choice((1, -1)) * u.uniform(0.1, 0.5)),
-                                                ("right", "x", "displacement", 2e-3 * length)])
+        scene.stage(
+            "twist",
+            u.choice((2, 5)),
+            [
+                ("right", "rx", "displacement", u.choice((1, -1)) * u.uniform(0.1, 0.5)),
+                ("right", "x", "displacement", 2e-3 * length),
+            ],
+        )
     else:
         scene.stage("bend", u.choice((2, 5)), [("right", "z", "displacement", u.uniform(0.02, 0.1) * length)])
     return scene
@@ -135,7 +169,9 @@ def ply(u):
     length = turns * 2 * math.pi * radius / math.tan(lay)
     scene.fiber_type("f", "m", R, model)
     for k in range(n):
-        scene.fiber(f"f{k}", "f", helix(radius, turns, 2 * math.pi * k / n, length), max(10, round(20 * turns)))
+        scene.fiber(
+            f"f{k}", "f", helix(radius, turns, 2 * math.pi * k / n, length), max(10, round(20 * turns))
+        )
     scene.body("left", (0, 0, 0), [("f*", "start")])
     scene.body("right", (length, 0, 0), [("f*", "end")])
     drives = [("right", "x", "displacement", u.uniform(1e-3, 1e-2) * length)]
@@ -151,15 +187,30 @@ def twisted(u):
     model = u.choice(("rod", "enriched", "enriched"))
     n, length = u.choice((2, 3, 4, 7, 7, 12)), u.uniform(60, 120) * R
     scene.fiber_type("f", "m", R, model)
-    scene.bundle("strand", "f", [(0, 0, 0), (length, 0, 0)], u.choice((12, 16, 24)), n, u.choice((1.0, 1.02, 1.1)),
-                 u.choice((0, 0, 0.3, -0.5)))
+    scene.bundle(
+        "strand",
+        "f",
+        [(0, 0, 0), (length, 0, 0)],
+        u.choice((12, 16, 24)),
+        n,
+        u.choice((1.0, 1.02, 1.1)),
+        u.choice((0, 0, 0.3, -0.5)),
+    )
     scene.body("left", (0, 0, 0), [("strand", "start")])
     scene.body("right", (length, 0, 0), [("strand", "end")])
     pull = E * math.pi * R * R * 1e-12 * n * u.uniform(1e-4, 3e-3)
-    scene.stage("twist", u.choice((4, 9, 18)), [("right", "rx", "displacement", u.choice((1, -1)) * u.uniform(0.3, 3.2)),
-                                                ("right", "x", "force", pull)])
+    scene.stage(
+        "twist",
+        u.choice((4, 9, 18)),
+        [
+            ("right", "rx", "displacement", u.choice((1, -1)) * u.uniform(0.3, 3.2)),
+            ("right", "x", "force", pull),
+        ],
+    )
     if u.random() < 0.5:
-        scene.stage("pull", u.choice((1, 5)), [("right", "x", "displacement", u.uniform(1e-3, 1e-2) * length)])
+        scene.stage(
+            "pull", u.choice((1, 5)), [("right", "x", "displacement", u.uniform(1e-3, 1e-2) * length)]
+        )
     return scene
 
 
@@ -194,7 +245,10 @@ def hooks(u):
     angle = math.radians(u.uniform(45, 90))
 
     def bow(sign, apex):
-        arc = [(apex + sign * bend * (1 - math.cos(a)), bend * math.sin(a)) for a in [math.pi / 16 * k for k in range(-8, 9)]]
+        arc = [
+            (apex + sign * bend * (1 - math.cos(a)), bend * math.sin(a))
+            for a in [math.pi / 16 * k for k in range(-8, 9)]
+        ]
         first, last = arc[0], arc[-1]
         return [(first[0] + sign * leg, first[1])] + arc + [(last[0] + sign * leg, last[1])]
 
@@ -222,24 +276,50 @@ def weave(u):
     pattern = 'pattern = "plain"' if n == 2 or u.random() < 0.7 else 'pattern = "twill"\nrepeat = "2/1"'
     text = f"[weave]\n{pattern}"
     for family in ("warp", "weft"):
-        text += (f'\n[weave.{family}]\nfiber_type = "f"\nyarns = {n}\nfibers = {fibers}\nlayers = {layers}\n'
-                 f'elements = {u.choice((9, 12, 15))}\nyarn_spacing = "{spacing:.4f} um"\nmargin = "{0.75 * spacing:.4f} um"')
+        text += (
+            f'\n[weave.{family}]\nfiber_type = "f"\nyarns = {n}\nfibers = {fibers}\nlayers = {layers}\n'
+            f'elements = {u.choice((9, 12, 15))}\nyarn_spacing = "{spacing:.4f} um"\n'
+            f'margin = "{0.75 * spacing:.4f} um"'
+        )
     scene.raw(text)
-    ends_pull = lambda f: [(f"{y}/*/{e}", d, "force", (1 if e == "end" else -1) * f)
-                           for y, d in (("warp", "x"), ("weft", "y")) for e in ("start", "end")]
+    ends_pull = lambda f: [
+        (f"{y}/*/{e}", d, "force", (1 if e == "end" else -1) * f)
+        for y, d in (("warp", "x"), ("weft", "y"))
+        for e in ("start", "end")
+    ]
     unit = E * math.pi * R * R * 1e-12 * fibers
-    scene.stage("separate", 12, ends_pull(1e-4 * unit), separate_yarns=True, friction=False, proximal_start=1e-3,
-                proximal_end=1e-3, fiber_model="rod")
+    scene.stage(
+        "separate",
+        12,
+        ends_pull(1e-4 * unit),
+        separate_yarns=True,
+        friction=False,
+        proximal_start=1e-3,
+        proximal_end=1e-3,
+        fiber_model="rod",
+    )
     scene.stage("relax", 10, ends_pull(1e-5 * unit), proximal_start=1e-3, proximal_end=0, fiber_model="rod")
-    load = [("side/warp/*", "x", "strain", u.uniform(0.003, 0.015)), ("warp/*/start", "x", "follow", "side/warp/start"),
-            ("warp/*/end", "x", "follow", "side/warp/end"), ("weft/*/start", "y", "force", -1e-5 * unit),
-            ("weft/*/end", "y", "force", 1e-5 * unit)]
+    load = [
+        ("side/warp/*", "x", "strain", u.uniform(0.003, 0.015)),
+        ("warp/*/start", "x", "follow", "side/warp/start"),
+        ("warp/*/end", "x", "follow", "side/warp/end"),
+        ("weft/*/start", "y", "force", -1e-5 * unit),
+        ("weft/*/end", "y", "force", 1e-5 * unit),
+    ]
     scene.stage("load", u.choice((3, 6)), load)
     return scene
 
 
-KINDS = {"stack": (stack, 8), "pressed": (pressed, 2), "covered": (covered, 4), "ply": (ply, 3), "twisted": (twisted, 3),
-         "loop": (loop, 3), "hooks": (hooks, 3), "weave": (weave, 2)}
+KINDS = {
+    "stack": (stack, 8),
+    "pressed": (pressed, 2),
+    "covered": (covered, 4),
+    "ply": (ply, 3),
+    "twisted": (twisted, 3),
+    "loop": (loop, 3),
+    "hooks": (hooks, 3),
+    "weave": (weave, 2),
+}
 
 
 def scene_of(seed, kind=None):

@@ -3,9 +3,10 @@
 
     run_random.py BIN [--first SEED] [--count N] [--seconds S] [--kind K] [--out FOLDER] [--late S] [--jobs N]
 
-BIN is the folder of simulate_fibers. Stops after `count` scenes or `seconds`, whichever is first. Prints a line for each scene
-that is not right and a table of counts: right, wrong, gave up (3), refused (2), late, other. Exit code 1 if any is wrong,
-refused or other (a random scene is valid), or fewer than `--done` of them end.
+BIN is the folder of simulate_fibers. Stops after `count` scenes or `seconds`, whichever is first. Prints a
+line for each scene that is not right and a table of counts: right, wrong, gave up (3), refused (2), late,
+other. Exit code 1 if any is wrong, refused or other (a random scene is valid), or fewer than `--done` of
+them end.
 """
 
 import argparse
@@ -33,8 +34,13 @@ def run_one(binary, folder, seed, kind, late, keep):
     scene.write_text(text)
     start = time.monotonic()
     try:
-        run = subprocess.run([binary, scene, "--threads", "1", "--out", out, "--overwrite"], capture_output=True, text=True,
-                             timeout=late, check=False)
+        run = subprocess.run(
+            [binary, scene, "--threads", "1", "--out", out, "--overwrite"],
+            capture_output=True,
+            text=True,
+            timeout=late,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return seed, kind, "late", f"still running after {late:g} s", late
     seconds = time.monotonic() - start
@@ -58,7 +64,9 @@ def main():
     p.add_argument("--count", type=int, default=10**9)
     p.add_argument("--seconds", type=float, default=float("inf"))
     p.add_argument("--kind", choices=KINDS)
-    p.add_argument("--out", type=pathlib.Path, help="keeps scenes and results here; else in a temporary folder")
+    p.add_argument(
+        "--out", type=pathlib.Path, help="keeps scenes and results here; else in a temporary folder"
+    )
     p.add_argument("--late", type=float, default=60, help="seconds after which a run is ended")
     p.add_argument("--jobs", type=int, default=1)
     p.add_argument("--done", type=float, default=0, help="least share of scenes that must end right")
@@ -74,7 +82,11 @@ def main():
         waiting, seed = set(), o.first
         while True:
             while len(waiting) < o.jobs and seed < o.first + o.count and time.monotonic() < end:
-                waiting.add(pool.submit(run_one, o.bin / "simulate_fibers", folder, seed, o.kind, o.late, o.out is not None))
+                waiting.add(
+                    pool.submit(
+                        run_one, o.bin / "simulate_fibers", folder, seed, o.kind, o.late, o.out is not None
+                    )
+                )
                 seed += 1
             if not waiting:
                 break
@@ -90,7 +102,9 @@ def main():
     for kind in KINDS:
         if kind in counts:
             print(f"{kind:10}" + "".join(f"{counts[kind][x]:9}" for x in OUTCOMES))
-    print(f"{'all':10}" + "".join(f"{all_of_them[x]:9}" for x in OUTCOMES) + f"   {total_seconds:.0f} s of runs")
+    print(
+        f"{'all':10}" + "".join(f"{all_of_them[x]:9}" for x in OUTCOMES) + f"   {total_seconds:.0f} s of runs"
+    )
     if not o.out:
         shutil.rmtree(folder)
     n = sum(all_of_them.values())

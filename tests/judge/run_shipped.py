@@ -25,13 +25,21 @@ def main():
     with tempfile.TemporaryDirectory(prefix="shipped_") as folder:
         for name in names:
             out = pathlib.Path(folder) / name
-            run = subprocess.run([binary, scenes / f"{name}.toml", "--threads", "1", "--out", out], capture_output=True,
-                                 text=True, check=False)
+            run = subprocess.run(
+                [binary, scenes / f"{name}.toml", "--threads", "1", "--out", out],
+                capture_output=True,
+                text=True,
+                check=False,
+            )
             complaints = [f"exit code {run.returncode}"] if run.returncode else []
             if not run.returncode:
                 with h5py.File(out / "states.h5", "r") as file:
                     for i in range(1, int(file["n_increments"][()])):
-                        complaints += [f"state {i}: {check}: {c}" for check, found in verdict(file, i).items() for c in found]
+                        complaints += [
+                            f"state {i}: {check}: {c}"
+                            for check, found in verdict(file, i).items()
+                            for c in found
+                        ]
             wrong += bool(complaints)
             print(f"{name}: {'wrong' if complaints else 'right'}", flush=True)
             for c in complaints[:5] + ([f"and {len(complaints) - 5} more"] if len(complaints) > 5 else []):

@@ -1,4 +1,5 @@
-"""Scenes written as TOML. Lengths in the unit of the scene's own choice, R of a typical fiber by default 10 um."""
+"""Scenes written as TOML. Lengths in the unit of the scene's own choice, R of a typical fiber by default 10
+um."""
 
 import math
 
@@ -8,25 +9,41 @@ def number(x):
 
 
 class Scene:
-    """Collects tables; `text()` writes them. All lengths in um, moduli in Pa, forces in N, moments in N m, angles in rad."""
+    """Collects tables; `text()` writes them. All lengths in um, moduli in Pa, forces in N, moments in N m,
+    angles in rad."""
 
     def __init__(self, title):
-        self.title, self.parts, self.effects, self.contact, self.solver, self.stages = title, [], {}, {}, {}, []
+        self.title, self.parts, self.effects, self.contact, self.solver, self.stages = (
+            title,
+            [],
+            {},
+            {},
+            {},
+            [],
+        )
         self.bodies = {}
         self.stage_names = 0
 
     def material(self, name, modulus, nu):
-        self.parts.append(f'[material.{name}]\nmodel = "isotropic"\nyoung_modulus = "{number(modulus)} Pa"\n'
-                          f"poisson_ratio = {number(nu)}")
+        self.parts.append(
+            f'[material.{name}]\nmodel = "isotropic"\nyoung_modulus = "{number(modulus)} Pa"\n'
+            f"poisson_ratio = {number(nu)}"
+        )
 
     def aligned_material(self, name, axial, transverse, shear, nu, nu_t):
-        self.parts.append(f'[material.{name}]\nmodel = "transversely_isotropic"\nyoung_modulus_axial = "{number(axial)} Pa"\n'
-                          f'young_modulus_transverse = "{number(transverse)} Pa"\nshear_modulus_axial = "{number(shear)} Pa"\n'
-                          f"poisson_ratio_axial = {number(nu)}\npoisson_ratio_transverse = {number(nu_t)}")
+        self.parts.append(
+            f'[material.{name}]\nmodel = "transversely_isotropic"\n'
+            f'young_modulus_axial = "{number(axial)} Pa"\n'
+            f'young_modulus_transverse = "{number(transverse)} Pa"\n'
+            f'shear_modulus_axial = "{number(shear)} Pa"\n'
+            f"poisson_ratio_axial = {number(nu)}\npoisson_ratio_transverse = {number(nu_t)}"
+        )
 
     def fiber_type(self, name, material, radius, model):
-        self.parts.append(f'[fiber_type.{name}]\nmaterial = "{material}"\ndiameter = "{number(2 * radius)} um"\n'
-                          f'model = "{model}"')
+        self.parts.append(
+            f'[fiber_type.{name}]\nmaterial = "{material}"\ndiameter = "{number(2 * radius)} um"\n'
+            f'model = "{model}"'
+        )
 
     @staticmethod
     def point(p):
@@ -34,12 +51,18 @@ class Scene:
 
     def fiber(self, name, kind, points, elements):
         points = ",\n  ".join(self.point(p) for p in points)
-        self.parts.append(f'[[fiber]]\nname = "{name}"\nfiber_type = "{kind}"\nelements = {elements}\npoints = [\n  {points}]')
+        self.parts.append(
+            f'[[fiber]]\nname = "{name}"\nfiber_type = "{kind}"\n'
+            f"elements = {elements}\npoints = [\n  {points}]"
+        )
 
     def bundle(self, name, kind, points, elements, fibers, spacing=1.05, twist=0.0):
         points = ", ".join(self.point(p) for p in points)
-        self.parts.append(f'[[bundle]]\nname = "{name}"\nfiber_type = "{kind}"\nelements = {elements}\npoints = [{points}]\n'
-                          f"fibers = {fibers}\nlattice_spacing = {number(spacing)}\ntwist = {number(twist)}")
+        self.parts.append(
+            f'[[bundle]]\nname = "{name}"\nfiber_type = "{kind}"\n'
+            f"elements = {elements}\npoints = [{points}]\n"
+            f"fibers = {fibers}\nlattice_spacing = {number(spacing)}\ntwist = {number(twist)}"
+        )
 
     def raw(self, text):
         self.parts.append(text)
@@ -87,5 +110,11 @@ def toml(value):
 def helix(radius, turns, phase, length, n_per_turn=16, origin=(0, 0, 0)):
     """Points of a helix around x."""
     n = max(8, math.ceil(abs(turns) * n_per_turn))
-    return [(origin[0] + length * i / n, origin[1] + radius * math.cos(phase + 2 * math.pi * turns * i / n),
-             origin[2] + radius * math.sin(phase + 2 * math.pi * turns * i / n)) for i in range(n + 1)]
+    return [
+        (
+            origin[0] + length * i / n,
+            origin[1] + radius * math.cos(phase + 2 * math.pi * turns * i / n),
+            origin[2] + radius * math.sin(phase + 2 * math.pi * turns * i / n),
+        )
+        for i in range(n + 1)
+    ]

@@ -59,12 +59,15 @@ class State:
         self.proximal = float(file["solver/proximal"][increment])
         self.body_position, self.body_force, self.body_moment = (
             (file["bodies"][k][increment] if "bodies" in file else np.zeros((0, 3)))
-            for k in ("position", "force", "moment"))
+            for k in ("position", "force", "moment")
+        )
         first, count = (int(file["contacts"][k][increment]) for k in ("first", "count"))
-        take = lambda name: file["contacts"][name][first:first + count]
+        take = lambda name: file["contacts"][name][first : first + count]
         self.a, self.b = take("fiber_a").astype(int), take("fiber_b").astype(int)
         self.s_a, self.s_b = take("s_a"), take("s_b")
-        self.normal, self.friction = (take(k).astype(float).reshape(-1, 3) for k in ("normal", "friction_force"))
+        self.normal, self.friction = (
+            take(k).astype(float).reshape(-1, 3) for k in ("normal", "friction_force")
+        )
         self.normal_force, self.gap = take("normal_force").astype(float), take("gap").astype(float)
         self.position = take("position").astype(float).reshape(-1, 3)
         self.stands_for = take("length")
@@ -118,16 +121,26 @@ class State:
 def value_lagrange(t, h):
     """Parabolas through the nodes -1, 0, 1, and their first two derivatives by arc length."""
     d = 2 / h
-    return ([t * (t - 1) / 2, 1 - t * t, t * (t + 1) / 2], [(t - 0.5) * d, -2 * t * d, (t + 0.5) * d],
-            [d * d + 0 * t, -2 * d * d + 0 * t, d * d + 0 * t])
+    return (
+        [t * (t - 1) / 2, 1 - t * t, t * (t + 1) / 2],
+        [(t - 0.5) * d, -2 * t * d, (t + 0.5) * d],
+        [d * d + 0 * t, -2 * d * d + 0 * t, d * d + 0 * t],
+    )
 
 
 def value_hermite(t, h):
     """Cubic Hermite functions of (r, r', r, r'), and their first two derivatives by arc length."""
     u = (t + 1) / 2
-    return ([1 - 3 * u**2 + 2 * u**3, h * (u - 2 * u**2 + u**3), 3 * u**2 - 2 * u**3, h * (u**3 - u**2)],
-            [(6 * u**2 - 6 * u) / h, 1 - 4 * u + 3 * u**2, (6 * u - 6 * u**2) / h, 3 * u**2 - 2 * u],
-            [(12 * u - 6) / h**2, (6 * u - 4) / h, (6 - 12 * u) / h**2, (6 * u - 2) / h])
+    return (
+        [
+            1 - 3 * u**2 + 2 * u**3,
+            h * (u - 2 * u**2 + u**3),
+            3 * u**2 - 2 * u**3,
+            h * (u**3 - u**2),
+        ],
+        [(6 * u**2 - 6 * u) / h, 1 - 4 * u + 3 * u**2, (6 * u - 6 * u**2) / h, 3 * u**2 - 2 * u],
+        [(12 * u - 6) / h**2, (6 * u - 4) / h, (6 - 12 * u) / h**2, (6 * u - 2) / h],
+    )
 
 
 def ties(mesh):
@@ -152,8 +165,11 @@ def followers(mesh, state):
         if "follow" in drive:
             wanted = drive["bodies"] if isinstance(drive["bodies"], list) else [drive["bodies"]]
             leader = mesh.body_names.index(drive["follow"])
-            out += [(b, leader) for b, name in enumerate(mesh.body_names)
-                    if any(fnmatch.fnmatchcase(name, w) for w in wanted)]
+            out += [
+                (b, leader)
+                for b, name in enumerate(mesh.body_names)
+                if any(fnmatch.fnmatchcase(name, w) for w in wanted)
+            ]
     return out
 
 
