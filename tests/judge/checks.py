@@ -182,6 +182,13 @@ def points_of_action(state):
     return out
 
 
+def turns(state, fiber):
+    """Angles between the tangents of neighbouring nodes."""
+    t = state.t[state.mesh.nodes(fiber)]
+    t = t / np.linalg.norm(t, axis=1)[:, None]
+    return np.arccos(np.clip((t[1:] * t[:-1]).sum(1), -1, 1))
+
+
 def bending_force(mesh, fiber):
     """E I/L^2."""
     return mesh.axial_stiffness[fiber] * mesh.radius[fiber] ** 2 / 4 / mesh.length(fiber) ** 2
@@ -242,19 +249,17 @@ def fiber_balance(state, start):
         free[0], free[-1] = (f, "start") not in tied, (f, "end") not in tied
         ends = sum(np.linalg.norm(force[k]) for k in (0, -1) if not free[k])
         off = np.linalg.norm(force[free], axis=1).sum()
-        # Against what loads it across: its contacts, and the pull at its ends as far as the fiber turns. A
-        # pull along a straight fiber must not hide what is missing across it. Contacts are saved in single
-        # precision, so that forces that cancel are known to 1e-6.
-        t = state.t[mesh.nodes(f)]
-        t = t / np.linalg.norm(t, axis=1)[:, None]
-        turning = np.arccos(np.clip((t[1:] * t[:-1]).sum(1), -1, 1)).sum()
-        size = contact_size[free].sum() + ends * min(1.0, turning)
+        # Against what loads it across: its contacts, the pull at its ends as far as the fiber turns, and what
+        # bends it. A pull along a straight fiber must not hide what is missing across it. Contacts are saved in
+        # single precision, so that forces that cancel are known to 1e-6.
+        turning = turns(state, f)
+        bent = np.abs(turning - (0 if state.is_rod[f] else turns(start, f))).sum()
+        size = contact_size[free].sum() + ends * min(1.0, turning.sum()) + bending_force(mesh, f) * bent
         allowed = LOCAL * size + ALONG * ends + 1e-6 * elastic_size.sum() + NOISE * bending_force(mesh, f)
         if off > allowed:
             complaints.append(
                 f"fiber {f} of {mesh.yarn_names[mesh.yarn[f]]}: elastic forces and contacts are out of "
-                f"balance "
-                f"by {off:.3g} N, summed over its nodes, where what loads it across sums up to {size:.3g} N"
+                f"balance by {off:.3g} N, summed over its nodes, where what loads it across sums up to {size:.3g} N"
             )
     return complaints
 
