@@ -12,10 +12,13 @@
 namespace trame::micro {
 
 Scales natural_scales(const Scene& scene) {
+  const std::vector<Index> types = fiber_types_in_use(scene);
   Scales scales{0, 0};
-  for (const FiberType& t : scene.fiber_types)
-    scales.length += t.radius / static_cast<double>(scene.fiber_types.size());
-  for (const Material& m : scene.materials) scales.stress = std::max(scales.stress, m.young_modulus_axial);
+  for (const Index t : types) {
+    const FiberType& type = scene.fiber_types[t];
+    scales.length += type.radius / static_cast<double>(types.size());
+    scales.stress = std::max(scales.stress, scene.materials[type.material].young_modulus_axial);
+  }
   return scales;
 }
 
@@ -208,27 +211,29 @@ void StageModel::add_bodies(const Assembly& assembly, const Carried& carried) {
     // References come from the stress-free layout, in which bodies stand unturned at their first positions.
     const FiberConfiguration& reference = assembly.configuration;
     const Vec3 x = reference.r[mesh_node] - assembly.body_positions[tie.body], axis = reference.tangent[mesh_node];
-    TieTerm point{tie.body, {{node, 0}}, true, x, Mat3::Identity(), stiffness};
+    TieTerm point{tie.body, {{node, 0}}, TieTerm::Holds::point, x, Mat3::Identity(), stiffness};
     if (tie.kind == TieKind::average) {
       point.projector = axis * axis.transpose();
       const auto key = std::make_pair(tie.body, tie.end);
       auto found = std::find_if(averages.begin(), averages.end(), [&](const auto& a) { return a.first == key; });
       if (found == averages.end()) {
-        averages.push_back({key, {tie.body, {}, true, Vec3::Zero(), Mat3::Identity() - point.projector, stiffness}});
+        averages.push_back(
+            {key, {tie.body, {}, TieTerm::Holds::point, Vec3::Zero(), Mat3::Identity() - point.projector, stiffness}});
         found = averages.end() - 1;
       }
       found->second.members.emplace_back(node, 0);
       found->second.reference += x;
     }
     terms.push_back(point);
-    const auto add_direction = [&](int vector, const Vec3& direction) {
-      terms.push_back({tie.body, {{node, vector}}, false, direction, Mat3::Identity(), stiffness * radius * radius});
+    const auto hold = [&](TieTerm::Holds what, int vector, const Vec3& held) {
+      terms.push_back({tie.body, {{node, vector}}, what, held, Mat3::Identity(), stiffness * radius * radius});
     };
     if (field.model(tie.fiber) == FiberModel::enriched) {
-      add_direction(1, reference.g1[mesh_node]);
-      add_direction(2, reference.g2[mesh_node]);
+      hold(TieTerm::Holds::vector, 1, reference.g1[mesh_node]);
+      hold(TieTerm::Holds::vector, 2, reference.g2[mesh_node]);
     } else {
-      add_direction(1, axis);
+      // The length of r' is the stretch at the end, which no clamp holds.
+      hold(TieTerm::Holds::direction, 1, axis.normalized());
     }
   }
   for (auto& [key, term] : averages) {

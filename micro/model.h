@@ -14,8 +14,8 @@
 
 namespace trame::micro {
 
-/// Units of the computation: the mean radius of the fiber types and the largest axial modulus of the materials, so that
-/// everything inside is of order 1.
+/// Units of the computation: the mean radius of the fiber types that fibers are of and the largest axial modulus of
+/// their materials, so that everything inside is of order 1. What no fiber has does not count.
 struct Scales {
   double length = 1;  ///< m
   double stress = 1;  ///< Pa

@@ -44,7 +44,8 @@ std::vector<CalledEffect> fiber_effects(const Scene& scene) {
       called.push_back(
           {priced(*stage.fiber_model), model_effect(*stage.fiber_model),
            fmt::format("fiber_model = \"{}\" of stage \"{}\"", model_name(*stage.fiber_model), stage.name)});
-  if (scene.twist_stretch)
+  const auto is_enriched = [](const CalledEffect& effect) { return effect.kind == PricedEffect::enriched_beams; };
+  if (scene.twist_stretch && std::any_of(called.begin(), called.end(), is_enriched))
     called.push_back(
         {PricedEffect::twist_stretch, "coupling of twist and stretch", effect_key(scene, "twist_stretch", "true")});
   return called;

@@ -18,6 +18,7 @@
 #include "workflows/report.h"
 #include "workflows/report/curves_plot.h"
 #include "workflows/scene_overview.h"
+#include "workflows/warnings.h"
 
 namespace trame::workflows {
 
@@ -99,9 +100,6 @@ void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
   if (summary.status == Status::gave_up)
     terminal.line(fmt::format("The solver gave up: {}\nThe last good state is saved.", summary.message));
   for (const std::string& warning : summary.warnings) terminal.line("Warning: " + warning + ".");
-  if (!summary.crossing_order_ok)
-    terminal.line(fmt::format("Crossing order: only {} of {} crossings agree with the weave.", summary.n_crossings_ok,
-                              summary.n_crossings));
 }
 
 void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds) {
@@ -141,6 +139,7 @@ micro::SimulateOptions start_of(const micro::Scene& scene, const Options& option
   return run;
 }
 
+/// For summary.json; what it calls for is added to the warnings of `summary`.
 nlohmann::json error_estimate(const OutputDirectory& out, const Task& task, const std::vector<EnergyPoint>& energies,
                               micro::SimulationSummary& summary) {
   const auto io = summary.timers.measure(Phase::io);
@@ -148,7 +147,12 @@ nlohmann::json error_estimate(const OutputDirectory& out, const Task& task, cons
   // What the profile says holds for a run that reached its end.
   const bool done = summary.status == micro::SimulationSummary::Status::done;
   const bool is_known = done && task.known_run;
-  return error_estimate_json(estimate, is_known ? &*task.profile : nullptr, is_known ? &*task.known_run : nullptr);
+  nlohmann::json json =
+      error_estimate_json(estimate, is_known ? &*task.profile : nullptr, is_known ? &*task.known_run : nullptr);
+  const nlohmann::json& error = json.at("relative_error");
+  summary.warnings =
+      all_warnings(summary, estimate, error.is_number() ? std::optional(error.get<double>()) : std::nullopt);
+  return json;
 }
 
 int run_scene(const Task& task, const Options& options, const Program& program, Terminal& terminal) {
@@ -158,8 +162,8 @@ int run_scene(const Task& task, const Options& options, const Program& program, 
   const OutputDirectory out(folder, options.overwrite);
   std::vector<EnergyPoint> energies;
   micro::SimulationSummary summary = simulate(scene, options, start, out, terminal, energies);
-  tell_outcome(terminal, summary);
   nlohmann::json derived = {{"error_estimate", error_estimate(out, task, energies, summary)}};
+  tell_outcome(terminal, summary);
   write_summary(out, task, options, summary, derived);  // stays if something below fails
   write_curves(out, scene, summary, terminal);
   write_fibers(out, summary.timers);

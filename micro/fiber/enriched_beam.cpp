@@ -93,12 +93,15 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
     add_product(s.measure[9], 4, 1);                              // g₂'·g₁
     add_product(s.measure[10], 3, 1);                             // g₁'·g₁
     add_product(s.measure[11], 4, 2);                             // g₂'·g₂
+    // ½ ξα ξβ gα'·gβ' of E_ss: its mean over the section, (R²/8) m₁, joins E_ss. Without the coupling it joins by as
+    // much as balances the axial pull of torsion that narrows the section: 4 ν G/E of it.
+    const Material& m = materials[f];
+    const double share = twist_stretch ? 1 : 4 * m.poisson_ratio_axial * m.shear_modulus_axial / m.young_modulus_axial;
+    add_product(s.measure[0], 3, 3, share * radius * radius / 4);
+    add_product(s.measure[0], 4, 4, share * radius * radius / 4);
     if (twist_stretch) {
-      // ½ ξα ξβ gα'·gβ' of E_ss: its mean over the section joins E_ss; with ρ the distance from the centre its
-      // deviation is (ρ² − R²/2)/4 m₁ + ρ²/4 (m₂ cos 2φ + m₃ sin 2φ), m₁ = |g₁'|² + |g₂'|², m₂ = |g₁'|² − |g₂'|², m₃ =
-      // 2 g₁'·g₂'.
-      add_product(s.measure[0], 3, 3, radius * radius / 4);
-      add_product(s.measure[0], 4, 4, radius * radius / 4);
+      // With ρ the distance from the centre, its deviation from the mean is (ρ² − R²/2)/4 m₁ + ρ²/4 (m₂ cos 2φ + m₃ sin
+      // 2φ), m₁ = |g₁'|² + |g₂'|², m₂ = |g₁'|² − |g₂'|², m₃ = 2 g₁'·g₂'.
       add_product(s.measure[12], 3, 3, 2);
       add_product(s.measure[12], 4, 4, 2);
       add_product(s.measure[13], 3, 3, 2);

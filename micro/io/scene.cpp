@@ -189,6 +189,88 @@ void check_size(const SceneValue& root, const Scene& scene) {
   if (n_nodes > most_nodes) root.fail(fmt::format("{:.0f} nodes; must be at most {:.0f}", n_nodes, most_nodes));
 }
 
+/// Fibers of one table: their type and length.
+struct FiberKind {
+  Index type = 0;
+  double length = 0;
+};
+
+std::vector<FiberKind> fiber_kinds(const Scene& scene) {
+  std::vector<FiberKind> kinds;
+  const auto add = [&](Index type, const std::vector<Vec3>& points) {
+    double length = 0;
+    for (std::size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).stableNorm();
+    kinds.push_back({type, length});
+  };
+  for (const FiberSpec& fiber : scene.fibers) add(fiber.type, fiber.points);
+  for (const BundleSpec& bundle : scene.bundles) add(bundle.type, bundle.points);
+  if (!scene.weave) return kinds;
+  const auto add_yarns = [&](const YarnSystem& yarns, const YarnSystem& across) {
+    kinds.push_back({yarns.type, (across.n_yarns - 1) * across.yarn_spacing + 2 * yarns.margin});
+  };
+  add_yarns(scene.weave->warp, scene.weave->weft);
+  add_yarns(scene.weave->weft, scene.weave->warp);
+  return kinds;
+}
+
+/// The modulus of a material that is largest, by its key.
+SceneValue largest_modulus(const SceneValue& root, const Material& m) {
+  const SceneValue table = *root.find("material")->find(m.name);
+  if (const auto only = table.find("young_modulus")) return *only;
+  const double most = std::max({m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial});
+  return *table.find(most == m.young_modulus_axial        ? "young_modulus_axial"
+                     : most == m.young_modulus_transverse ? "young_modulus_transverse"
+                                                          : "shear_modulus_axial");
+}
+
+/// What double precision can bear. Ties are 10³ times as stiff as their fibers, and know forces to 10⁻¹⁶ of that
+/// stiffness times coordinates: about 10⁻¹³ E A of the stiffest fiber. Forces that bend the softest one, E I/L², must
+/// not drown in that. Measured for two crossing fibers: contact forces are right to 3·10⁻⁵ at a ratio of 1.4·10¹⁰, to
+/// 2·10⁻³ at 1.4·10¹¹, and to 7 % at 1.4·10¹².
+void check_stiffness(const SceneValue& root, const Scene& scene) {
+  constexpr double bearable = 11;  // decades
+  struct Force {
+    double force, modulus, radius;  // decades of N, Pa, m; they may be far beyond what a double holds
+    Index type;
+  };
+  std::optional<Force> hard, soft;
+  for (const auto& [t, length] : fiber_kinds(scene)) {
+    const FiberType& type = scene.fiber_types[t];
+    const Material& m = scene.materials[type.material];
+    const double r = std::log10(type.radius), slenderness = std::max(0.0, std::log10(length) - r);
+    const auto [least, most] = std::minmax({m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial});
+    // All but for π.
+    const Force pulled{std::log10(most) + 2 * r, std::log10(most), r, t},
+        bent{std::log10(m.young_modulus_axial / 4) + 2 * r - 2 * slenderness, std::log10(m.young_modulus_axial), r, t},
+        squeezed{std::log10(least) + 2 * r, std::log10(least), r, t};
+    if (!hard || pulled.force > hard->force) hard = pulled;
+    for (const Force& force : {bent, squeezed})
+      if (!soft || force.force < soft->force) soft = force;
+  }
+  const double ratio = hard->force - soft->force, excess = ratio - bearable;
+  if (!(excess > 0)) return;
+  const std::string
+      times = ratio < 300 ? fmt::format("{:.1e}", std::pow(10, ratio)) : fmt::format("1e{:.0f}", ratio),
+      complaint = fmt::format(
+          "E A of fiber_type.{} would be {} times the least force of fiber_type.{} (E I/L^2, L: length; or the softest "
+          "modulus times its section), and double precision bears 1e{:.0f}; must be ",
+          scene.fiber_types[hard->type].name, times, scene.fiber_types[soft->type].name, bearable);
+  // Whichever has the largest share.
+  const double by_modulus = hard->modulus - soft->modulus, by_radius = 2 * (hard->radius - soft->radius);
+  const auto diameter = [&](Index type) {
+    return *root.find("fiber_type")->find(scene.fiber_types[type].name)->find("diameter");
+  };
+  if (by_modulus >= std::max(by_radius, ratio - by_modulus - by_radius))
+    largest_modulus(root, scene.materials[scene.fiber_types[hard->type].material])
+        .fail(fmt::format("{}at most {:.2g} Pa", complaint, std::pow(10, hard->modulus - excess)));
+  if (by_radius >= ratio - by_modulus - by_radius)
+    diameter(hard->type)
+        .fail(fmt::format("{}at most {:.2g} m", complaint, 2 * std::pow(10, hard->radius - excess / 2)));
+  diameter(soft->type)
+      .fail(fmt::format("{}at least {:.2g} m at this length", complaint,
+                        2 * std::pow(10, soft->radius + excess / (hard->type == soft->type ? 2 : 4))));
+}
+
 Scene read_root(const SceneValue& root) {
   Scene scene;
   read_table(root, scene_keys(), tables, scene);
@@ -198,6 +280,7 @@ Scene read_root(const SceneValue& root) {
   read_fibers(root, scene, known);
   read_bundles(root, scene, known);
   check_size(root, scene);
+  check_stiffness(root, scene);
   read_bodies(root, scene);
   read_effects(root, scene);
   read_stages(root, scene);

@@ -159,7 +159,7 @@ struct Scene {
   std::optional<Weave> weave;
   std::vector<BodySpec> bodies;
   std::vector<Stage> stages;
-  bool twist_stretch = false;               ///< E_ss terms quadratic in ξ
+  bool twist_stretch = true;                ///< E_ss terms quadratic in ξ, of enriched beams
   std::vector<std::string> stated_effects;  ///< keys that [effects] has; the others hold for want of a word
   ContactSettings contact;
   SolverSettings solver;

@@ -184,7 +184,7 @@ std::vector<Key<Scene>> effect_keys() {
           "contact stiffness follows the target penetration; needs contact")
           .otherwise("default: true with contact"),
       key<Scene>("twist_stretch", &Scene::twist_stretch, boolean(),
-                 "coupling of twist and stretch; needs fibers of the enriched model")};
+                 "a twisted fiber shortens; needs fibers of the enriched model")};
 }
 
 std::vector<Key<ContactSettings>> contact_keys() {

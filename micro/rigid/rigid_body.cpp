@@ -47,14 +47,21 @@ void Ties::begin_step(const State& start, double) {
 
 Ties::Deviation Ties::deviation(const State& state, const TieTerm& term) const {
   const Pose pose = bodies_.pose(state, term.body);
-  Deviation d;
-  d.arm = pose.rotation * term.reference;
   const Mat3& r = frozen_rotation_[term.body];
-  d.projector = r * term.projector * r.transpose();
   Vec3 mean = Vec3::Zero();
   for (const auto& [node, v] : term.members) mean += state.q[layout_.first_vector(node) + v];
   mean /= static_cast<double>(term.members.size());
-  d.e = d.projector * (mean - d.arm - (term.is_point ? pose.position : Vec3::Zero()));
+  Deviation d;
+  d.arm = pose.rotation * term.reference;
+  d.projector = d.by_mean = r * term.projector * r.transpose();
+  d.unit = Vec3::Zero();
+  if (term.holds == TieTerm::Holds::direction) {
+    const double length = mean.norm();
+    d.unit = mean / length;
+    d.by_mean -= d.projector * d.arm * d.unit.transpose();
+    d.arm *= length;
+  }
+  d.e = d.projector * (mean - d.arm - (term.holds == TieTerm::Holds::point ? pose.position : Vec3::Zero()));
   return d;
 }
 
@@ -79,27 +86,39 @@ void Ties::add(const State& state, Assembler& assembler) const {
     const auto n = static_cast<double>(term.members.size());
     const double k = term.stiffness * n;
     const Deviation d = deviation(state, term);
-    const Vec3 f = k * d.e;  // by the mean; P is a projector, so P e = e
+    const Vec3 f = k * d.e;  // P is a projector, so P e = e
+    const Vec3 by_mean = d.by_mean.transpose() * f;
+    const bool is_point = term.holds == TieTerm::Holds::point, is_direction = term.holds == TieTerm::Holds::direction;
     const Index body = bodies_.node(term.body);
-    for (const auto& [node, v] : term.members) assembler.add_force(node, v, f / n);
-    if (term.is_point) assembler.add_force(body, 0, -f);
+    for (const auto& [node, v] : term.members) assembler.add_force(node, v, by_mean / n);
+    if (is_point) assembler.add_force(body, 0, -f);
     assembler.add_force(body, 1, -d.arm.cross(f));
     if (!assembler.wants_tangent()) continue;
 
+    // k Jᵀ J, J = ∂e/∂(v̄, c, θ) = (by_mean, −P, P skew(arm)), and with the exact tangent the second derivatives of e.
     const Mat3 p = k * d.projector, arm = skew(d.arm);
+    Mat3 mean_mean = k * d.by_mean.transpose() * d.by_mean, mean_rotation = k * d.by_mean.transpose() * arm,
+         rotation = arm.transpose() * p * arm;
+    if (assembler.tangent() == Assembler::Tangent::exact) {
+      rotation -= rotation_hessian(f, d.arm);
+      if (is_direction) {
+        // arm = |v̄| R X: its second derivatives are (R X) (1 − uuᵀ)/|v̄| by v̄, and uᵀ ⊗ (δθ × R X) by v̄ and θ.
+        const double squared_length = d.arm.squaredNorm();
+        mean_mean -= f.dot(d.arm) / squared_length * (Mat3::Identity() - d.unit * d.unit.transpose());
+        mean_rotation -= d.unit * d.arm.cross(f).transpose() / std::sqrt(squared_length);
+      }
+    }
     for (std::size_t i = 0; i < term.members.size(); ++i) {
       const auto [node, v] = term.members[i];
       for (std::size_t j = 0; j <= i; ++j)
-        add_pair(node, v, term.members[j].first, term.members[j].second, p / (n * n), assembler);
-      if (term.is_point) add_pair(node, v, body, 0, -p / n, assembler);
-      add_pair(node, v, body, 1, p * arm / n, assembler);
+        add_pair(node, v, term.members[j].first, term.members[j].second, mean_mean / (n * n), assembler);
+      if (is_point) add_pair(node, v, body, 0, -p / n, assembler);
+      add_pair(node, v, body, 1, mean_rotation / n, assembler);
     }
-    if (term.is_point) {
+    if (is_point) {
       add_pair(body, 0, body, 0, p, assembler);
       add_pair(body, 1, body, 0, -arm.transpose() * p, assembler);
     }
-    Mat3 rotation = arm.transpose() * p * arm;
-    if (assembler.tangent() == Assembler::Tangent::exact) rotation -= rotation_hessian(f, d.arm);
     add_pair(body, 1, body, 1, rotation, assembler);
   }
 }
@@ -110,7 +129,7 @@ std::pair<Vec3, Vec3> Ties::pull(const State& state, Index body) const {
     if (term.body != body) continue;
     const Deviation d = deviation(state, term);
     const Vec3 f = -term.stiffness * static_cast<double>(term.members.size()) * d.e;
-    if (term.is_point) force += f;
+    if (term.holds == TieTerm::Holds::point) force += f;
     moment += d.arm.cross(f);
   }
   return {force, moment};

@@ -36,12 +36,15 @@ class RigidBodies {
   Index n_bodies_;
 };
 
-/// Unknown vectors whose mean v̄ is held by a body: ½ k n |P (v̄ − c − R X)|² for points, ½ k n |v̄ − R X|² for
-/// directions.
+/// Unknown vectors whose mean v̄ is held by a body, ½ k n |e|²:
+///   point       e = P (v̄ − c − R X)
+///   vector      e = P (v̄ − R X)
+///   direction   e = P (v̄ − |v̄| R X), |X| = 1: where v̄ points, whatever its length
 struct TieTerm {
+  enum class Holds : std::uint8_t { point, vector, direction };
   Index body = 0;
   std::vector<std::pair<Index, int>> members;  ///< node and vector
-  bool is_point = true;
+  Holds holds = Holds::point;
   Vec3 reference = Vec3::Zero();      ///< X in the body's frame
   Mat3 projector = Mat3::Identity();  ///< P in the body's frame; turned with the body once a step
   double stiffness = 0;               ///< k of each member
@@ -63,8 +66,10 @@ class Ties final : public Effect {
 
  private:
   struct Deviation {
-    Vec3 arm, e;
-    Mat3 projector;
+    Vec3 arm, e;     // e = P (v̄ − [c] − arm), arm = R X or |v̄| R X
+    Mat3 projector;  // P
+    Vec3 unit;       // v̄/|v̄| of a direction
+    Mat3 by_mean;    // ∂e/∂v̄
   };
   [[nodiscard]] Deviation deviation(const State& state, const TieTerm& term) const;
   const Layout& layout_;

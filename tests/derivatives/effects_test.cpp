@@ -75,18 +75,62 @@ TEST(Derivatives, Proximal) {
 TEST(Derivatives, Ties) {
   TwoFibers scene(FiberModel::enriched);
   const Vec3 axis = Vec3(1, 2, -1).normalized();
+  using Holds = TieTerm::Holds;
   std::vector<TieTerm> terms;
-  terms.push_back({0, {{scene.field.element_node(0, 0), 0}}, true, Vec3(0.2, 0.3, -0.4), Mat3::Identity(), 3});
-  terms.push_back({0, {{scene.field.element_node(0, 0), 1}}, false, Vec3(0.1, 0.9, 0.2), Mat3::Identity(), 2});
+  terms.push_back({0, {{scene.field.element_node(0, 0), 0}}, Holds::point, Vec3(0.2, 0.3, -0.4), Mat3::Identity(), 3});
+  terms.push_back({0, {{scene.field.element_node(0, 0), 1}}, Holds::vector, Vec3(0.1, 0.9, 0.2), Mat3::Identity(), 2});
   terms.push_back({1,
                    {{scene.field.last_node(0), 0}, {scene.field.last_node(1), 0}},
-                   true,
+                   Holds::point,
                    Vec3(0.5, 0.1, 0.7),
                    Mat3::Identity() - axis * axis.transpose(),
                    5});
   Ties ties(scene.layout, scene.bodies, terms);
   ties.begin_step(scene.state, 1);
   expect_consistent_derivatives(ties, scene.layout, perturbed(scene.layout, scene.state, 0.2, 7));
+}
+
+/// Ties of the directions of both rods' ends, away from their equilibrium.
+struct TiedDirections {
+  TwoFibers scene{FiberModel::rod};
+  Vec3 held = Vec3(0.9, 0.3, -0.2).normalized();
+  Ties ties{scene.layout,
+            scene.bodies,
+            {{0, {{scene.field.element_node(0, 0), 1}}, TieTerm::Holds::direction, held, Mat3::Identity(), 3},
+             {1, {{scene.field.last_node(1), 1}}, TieTerm::Holds::direction, held, Mat3::Identity(), 2}}};
+};
+
+TEST(Derivatives, TiesOfDirections) {
+  TiedDirections tied;
+  tied.ties.begin_step(tied.scene.state, 1);
+  for (const double amplitude : {0.02, 0.4})
+    expect_consistent_derivatives(tied.ties, tied.scene.layout,
+                                  perturbed(tied.scene.layout, tied.scene.state, amplitude, 10));
+}
+
+TEST(Derivatives, ProjectedTangentOfTiedDirectionsIsPositive) {
+  TiedDirections tied;
+  tied.ties.begin_step(tied.scene.state, 1);
+  const State away = perturbed(tied.scene.layout, tied.scene.state, 0.6, 11);
+  const auto smallest = [&](Assembler::Tangent kind) {
+    const Eigen::MatrixXd k = test::assemble(tied.ties, tied.scene.layout, away, kind).tangent;
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().minCoeff();
+  };
+  EXPECT_GT(smallest(Assembler::Tangent::projected), -1e-12);
+  EXPECT_LT(smallest(Assembler::Tangent::exact), -1e-3);  // so that the projection has something to do
+
+  // In equilibrium, whatever the length of r', both are the same: nothing is left to project.
+  State held = tied.scene.state;
+  const auto turn_to = [&](Index node, Index body, double length) {
+    held.q[tied.scene.layout.first_vector(node) + 1] = length * tied.scene.bodies.pose(held, body).rotation * tied.held;
+  };
+  turn_to(tied.scene.field.element_node(0, 0), 0, 1.3);
+  turn_to(tied.scene.field.last_node(1), 1, 0.7);
+  EXPECT_NEAR(tied.ties.energy(held), 0, 1e-28);
+  const Eigen::MatrixXd exact = test::assemble(tied.ties, tied.scene.layout, held).tangent;
+  const Eigen::MatrixXd projected =
+      test::assemble(tied.ties, tied.scene.layout, held, Assembler::Tangent::projected).tangent;
+  EXPECT_LT((exact - projected).norm(), 1e-12 * exact.norm());
 }
 
 TEST(Derivatives, Follow) {

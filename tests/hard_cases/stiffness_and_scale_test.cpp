@@ -54,6 +54,27 @@ TEST(Stiffness, RatioOfAMillion) {
   }
 }
 
+TEST(Stiffness, WhatNoFiberHasChangesNothing) {
+  Pair pair;
+  pair.angle = pi / 2;
+  pair.height = 1.99;
+  pair.length = 20;
+  pair.n_elements = 6;
+  Scene scene = pair_scene(pair);
+  scene.stages = {stage_with("press", 3, {displacement("grip", BodyDof::z, -0.5)})};
+  const RunResult alone = run_scene(scene);
+  scene.materials.push_back(isotropic(1e30, 0));
+  scene.materials.back().name = "unobtainium";
+  scene.fiber_types.push_back({"unused", 1, 1e9, FiberModel::rod});
+  const RunResult result = run_scene(scene);
+  expect_done(alone);
+  expect_done(result);
+  ASSERT_GT(normal_resultant(alone.last()).norm(), 0);
+  EXPECT_EQ(normal_resultant(result.last()), normal_resultant(alone.last()));
+  EXPECT_EQ(result.last().fibers.r, alone.last().fibers.r);
+  EXPECT_EQ(result.summary.n_newton_iterations, alone.summary.n_newton_iterations);
+}
+
 TEST(Stiffness, SoftFiberBesideAStiffOneUnderTension) {
   // The stiff fiber is pulled by 1 % while the soft one is pressed on it by a force 10⁷ times smaller. The residual is
   // judged by the sum of all forces: what is left may be more than all that the soft fiber feels.

@@ -87,10 +87,16 @@ TEST(RigidMotion, OfTies) {
     const FiberConfiguration& reference = model.assembly.configuration;
     const Vec3 direction = fiber == FiberModel::enriched ? reference.g1[mesh_node] : reference.tangent[mesh_node];
     const Vec3 axis = Vec3(1, 1, 0).normalized();
+    const auto holds = fiber == FiberModel::enriched ? TieTerm::Holds::vector : TieTerm::Holds::direction;
     Ties ties(model.layout, model.bodies,
-              {{1, {{node, 0}}, true, Vec3::Zero(), Mat3::Identity(), 1000},
-               {1, {{node, 1}}, false, direction, Mat3::Identity(), 1000},
-               {0, {{node, 0}}, true, reference.r[mesh_node], Mat3::Identity() - axis * axis.transpose(), 1000}});
+              {{1, {{node, 0}}, TieTerm::Holds::point, Vec3::Zero(), Mat3::Identity(), 1000},
+               {1, {{node, 1}}, holds, direction, Mat3::Identity(), 1000},
+               {0,
+                {{node, 0}},
+                TieTerm::Holds::point,
+                reference.r[mesh_node],
+                Mat3::Identity() - axis * axis.transpose(),
+                1000}});
     const State moved = model.moved();
     ties.begin_step(moved, 1);
     expect_at_rest(ties, model.layout, moved);

@@ -1,9 +1,11 @@
 #include "support/process.h"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -74,9 +76,27 @@ Outcome Process::wait() {
   return {WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_), read_text(out_), read_text(err_)};
 }
 
+namespace {
+
+/// Fails the test if the states of a run are wrong.
+void judge(const std::filesystem::path& folder, const std::vector<std::string>& command) {
+  const char* const judge = std::getenv("TRAME_JUDGE");
+  const auto out = std::find(command.begin(), command.end(), "--out");
+  if (judge == nullptr || command.end() - out < 2) return;
+  const std::filesystem::path states = folder / *(out + 1) / "states.h5";
+  if (!std::filesystem::exists(states)) return;
+  Process process(folder, {judge, states.string()});
+  const Outcome verdict = process.wait();
+  EXPECT_EQ(verdict.exit_code, 0) << verdict.out << verdict.err;
+}
+
+}  // namespace
+
 Outcome run(const std::filesystem::path& folder, const std::vector<std::string>& command,
             const std::vector<std::string>& environment) {
-  return Process(folder, command, environment).wait();
+  const Outcome outcome = Process(folder, command, environment).wait();
+  if (outcome.exit_code == 0) judge(folder, command);
+  return outcome;
 }
 
 }  // namespace trame::test

@@ -39,7 +39,8 @@ class Process {
   bool ended_ = false;
 };
 
-/// Runs a program to its end.
+/// Runs a program to its end. Where the environment has TRAME_JUDGE, the command of tests/judge/judge.py, a program
+/// that ends well and was told to write a run to `--out` must have left states that this calls right.
 [[nodiscard]] Outcome run(const std::filesystem::path& folder, const std::vector<std::string>& command,
                           const std::vector<std::string>& environment = {});
 

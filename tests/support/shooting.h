@@ -9,10 +9,15 @@
 ///   κ₁ = r'·g₁' = α₁(Γ₃K₁ − Γ₁K₃), κ₂ = r'·g₂' = α₂(Γ₁K₂ − Γ₂K₁),
 /// W = A/2 E:C:E + EI/2 Σ(κ − κ⁰)² + GJ/2 (α₁α₂K₁)², stationary in α₁, α₂ (their gradients left out: they are (R/L)²
 /// smaller). With EA and GA → ∞ it is Kirchhoff's rod, in a plane Euler's elastica.
+///
+/// Where twist and stretch are coupled, with g₁' = α₁ K × d₂, g₂' = α₂ K × d₃ and the changes of
+///   m₁ = |g₁'|² + |g₂'|² = α₁²(K₁² + K₃²) + α₂²(K₁² + K₂²), m₂ = |g₁'|² − |g₂'|², m₃ = 2 g₁'·g₂' = −2α₁α₂K₂K₃,
+/// E_ss has (R²/8) m₁ on top, and W EA R⁴/192 (½m₁² + m₂² + m₃²). Without the coupling E_ss has that times 4νG/E.
 
 #include <Eigen/Dense>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -26,6 +31,9 @@ struct RodSection {
   double axial = 0, shear = 0, bending = 0, torsion = 0;  ///< EA, GA, EI, GJ
   double poisson_ratio = 0;
   bool stretches = true;  ///< false: α₁ = α₂ = 1, as in rods
+  double radius = 0;      ///< R
+  double mean_share = 0;  ///< of (R²/8) m₁ in E_ss: 1 with the coupling
+  bool deviates = false;  ///< energy of the deviation from that mean, too
 };
 
 struct RodProblem {
@@ -46,27 +54,43 @@ struct RodPoint {
 };
 
 /// Strains Γ and K of forces n, m in the section's frame: fixed-point iteration of the section law.
-inline void rod_strains(const RodProblem& p, const Vec3& n, const Vec3& m, Vec3& gamma, Vec3& k) {
-  const auto& [ea, ga, ei, gj, nu, stretches] = p.section;
+inline void rod_strains(const RodProblem& p, const Vec3& n, const Vec3& moment, Vec3& gamma, Vec3& k) {
+  const auto& [ea, ga, ei, gj, nu, stretches, radius, mean_share, deviates] = p.section;
+  const double mean = mean_share * radius * radius / 8, deviation = deviates ? ea * std::pow(radius, 4) / 192 : 0;
+  const Vec3& k0 = p.curvature;
   gamma = Vec3::UnitX();
   k = p.curvature;
   double a1 = 1, a2 = 1, n1 = 0,
-         n2 = 0;  // stretches of the section and the forces that squeeze it, −α ∂W/∂α less A C E
-  for (int i = 0; i < 12; ++i) {
+         n2 = 0;                // stretches of the section and the forces that squeeze it, −α ∂W/∂α less A C E
+  Vec3 by_mean = Vec3::Zero();  // moments of what m₁, m₂, m₃ cost
+  for (int i = 0; i < 20; ++i) {
+    const Vec3 m = moment - by_mean;
     const double b1 = -m[2] / (ei * a1 * gamma[0]), b2 = m[1] / (ei * a2 * gamma[0]);  // κ − κ⁰
     const double tension = (n[0] - ei * (a2 * b2 * k[1] - a1 * b1 * k[2])) / gamma[0];
     const double shear_1 = (n[1] - tension * gamma[1] + ei * a2 * b2 * k[0]) / (a1 * a1);  // GA Γ₂
     const double shear_2 = (n[2] - tension * gamma[2] - ei * a1 * b1 * k[0]) / (a2 * a2);
     gamma[1] = shear_1 / ga;
     gamma[2] = shear_2 / ga;
-    gamma[0] = std::sqrt(1 + 2 * (tension - nu * (n1 + n2)) / ea - gamma[1] * gamma[1] - gamma[2] * gamma[2]);
+    const double g1 = a1 * a1 * (k[0] * k[0] + k[2] * k[2]), g2 = a2 * a2 * (k[0] * k[0] + k[1] * k[1]),
+                 g1_0 = k0[2] * k0[2], g2_0 = k0[1] * k0[1];  // |g'|²; no twist at rest
+    gamma[0] = std::sqrt(1 + 2 * (tension - nu * (n1 + n2)) / ea - 2 * mean * (g1 + g2 - g1_0 - g2_0) -
+                         gamma[1] * gamma[1] - gamma[2] * gamma[2]);
+    // ∂W/∂m₁, ∂W/∂m₂, ∂W/∂m₃
+    const double p1 = tension * mean + deviation * (g1 + g2 - g1_0 - g2_0),
+                 p2 = 2 * deviation * (g1 - g2 - g1_0 + g2_0),
+                 p3 = 2 * deviation * (-2 * a1 * a2 * k[1] * k[2] + 2 * k0[1] * k0[2]);
     k[0] = (m[0] - ei * (a1 * b1 * gamma[2] - a2 * b2 * gamma[1])) / (gj * a1 * a1 * a2 * a2);
     const double c1 = (b1 - p.curvature[2]) / a1, c2 = (b2 + p.curvature[1]) / a2;  // κ / α
     k[1] = (c2 + gamma[1] * k[0]) / gamma[0];
     k[2] = (gamma[2] * k[0] - c1) / gamma[0];
+    by_mean = {2 * ((p1 + p2) * a1 * a1 + (p1 - p2) * a2 * a2) * k[0],
+               2 * (p1 - p2) * a2 * a2 * k[1] - 2 * p3 * a1 * a2 * k[2],
+               2 * (p1 + p2) * a1 * a1 * k[2] - 2 * p3 * a1 * a2 * k[1]};
     if (!stretches) continue;
-    n1 = -(ei * b1 * c1 / a1 + shear_1 * gamma[1] + gj * a2 * a2 * k[0] * k[0]);
-    n2 = -(ei * b2 * c2 / a2 + shear_2 * gamma[2] + gj * a1 * a1 * k[0] * k[0]);
+    n1 = -(ei * b1 * c1 / a1 + shear_1 * gamma[1] + gj * a2 * a2 * k[0] * k[0] +
+           2 * (p1 + p2) * (k[0] * k[0] + k[2] * k[2]) - 2 * p3 * a2 / a1 * k[1] * k[2]);
+    n2 = -(ei * b2 * c2 / a2 + shear_2 * gamma[2] + gj * a1 * a1 * k[0] * k[0] +
+           2 * (p1 - p2) * (k[0] * k[0] + k[1] * k[1]) - 2 * p3 * a1 / a2 * k[1] * k[2]);
     a1 = std::sqrt(1 + 2 * (n1 - nu * (n2 + tension)) / ea);
     a2 = std::sqrt(1 + 2 * (n2 - nu * (n1 + tension)) / ea);
   }
@@ -126,12 +150,29 @@ inline RodPoint shoot_rod(RodProblem problem, int n_load_steps = 10,
   return integrate_rod(problem, clamp, visit);
 }
 
-/// Section of a circular fiber of isotropic material, G·2I as torsional stiffness.
-inline RodSection circular_section(double young_modulus, double poisson_ratio, double radius) {
+/// Section of a circular enriched fiber of isotropic material, G·2I as torsional stiffness.
+inline RodSection circular_section(double young_modulus, double poisson_ratio, double radius,
+                                   bool twist_stretch = true) {
   const double area = std::numbers::pi * radius * radius, inertia = area * radius * radius / 4;
   const double shear_modulus = young_modulus / (2 * (1 + poisson_ratio));
-  return {young_modulus * area, shear_modulus * area, young_modulus * inertia, 2 * shear_modulus * inertia,
-          poisson_ratio};
+  return {young_modulus * area,
+          shear_modulus * area,
+          young_modulus * inertia,
+          2 * shear_modulus * inertia,
+          poisson_ratio,
+          true,
+          radius,
+          twist_stretch ? 1 : 2 * poisson_ratio / (1 + poisson_ratio),
+          twist_stretch};
+}
+
+/// The same of a rod, which neither shears nor squeezes nor knows of twist.
+inline RodSection rod_section(double young_modulus, double radius) {
+  RodSection section = circular_section(young_modulus, 0, radius);
+  section.shear = std::numeric_limits<double>::infinity();
+  section.stretches = section.deviates = false;
+  section.mean_share = 0;
+  return section;
 }
 
 }  // namespace trame::micro::test

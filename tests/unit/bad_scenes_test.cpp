@@ -326,6 +326,40 @@ const Mistake effects[] = {
 };
 TEST(BadScenes, Effects) { expect_refused(effects); }
 
+/// A wire of another type beside the filaments.
+std::string with_other_wire(const std::string& modulus, const std::string& diameter) {
+  std::string toml = good_scene;
+  const std::string wire = "name = \"wire\"\nfiber_type = \"filament\"";
+  toml.replace(toml.find(wire), wire.size(), "name = \"wire\"\nfiber_type = \"other\"");
+  return toml + "[material.other]\nmodel = \"isotropic\"\nyoung_modulus = \"" + modulus +
+         "\"\npoisson_ratio = 0\n[fiber_type.other]\nmaterial = \"other\"\ndiameter = \"" + diameter + "\"\n";
+}
+
+TEST(BadScenes, StiffnessesThatDoublePrecisionCannotBear) {
+  EXPECT_EQ(error_of(with_other_wire("200 GPa", "20 um")), "no error");
+  EXPECT_EQ(error_of(with_other_wire("3 GPa", "200 um")), "no error");
+  const auto expect_start = [](const std::string& message, const std::string& start) {
+    EXPECT_TRUE(message.starts_with(start)) << message;
+    EXPECT_NE(message.find("double precision bears 1e11; must be at "), std::string::npos) << message;
+  };
+  expect_start(error_of(with_other_wire("1e18 Pa", "20 um")),
+               "bad.toml: material.other.young_modulus = \"1e18 Pa\": E A of fiber_type.other would be ");
+  expect_start(error_of(with_other_wire("3 GPa", "200 m")), "bad.toml: fiber_type.other.diameter = \"200 m\": E A of");
+  expect_start(error_of(with_other_wire("3 GPa", "1e-300 m")), "bad.toml: fiber_type.other.diameter = \"1e-300 m\": ");
+  // A carbon fiber beside the filaments, hard along the fiber alone.
+  std::string carbon = with_other_wire("3 GPa", "20 um");
+  carbon.replace(carbon.find("material = \"other\""), 18, "material = \"carbon\"");
+  EXPECT_EQ(error_of(carbon), "no error");
+  carbon.replace(carbon.find("230 GPa"), 7, "1e20 Pa");
+  expect_start(error_of(carbon), "bad.toml: material.carbon.young_modulus_axial = \"1e20 Pa\": ");
+}
+
+TEST(BadScenes, WhatNoFiberHasIsNotAskedForItsStiffness) {
+  std::string toml = good_scene;
+  toml.replace(toml.find("230 GPa"), 7, "1e30 Pa");  // carbon, of which no fiber is
+  EXPECT_EQ(error_of(toml), "no error");
+}
+
 TEST(BadScenes, EveryContactKeyNeedsContact) {
   for (const char* line :
        {"friction_coefficient = 0.1", "reversible_slip = 0.1", "spacing = 0.4", "search_margin = 0.4",

@@ -66,7 +66,7 @@ TEST(CostEstimate, WithoutAnEffectARunIsCheaper) {
          for (Stage& stage : s.stages) stage.friction = false;
        }},
       {"adapt_penalty", PricedEffect::adaptation, leave, [](Scene& s) { s.contact.adapt_penalty = false; }},
-      {"twist_stretch", PricedEffect::twist_stretch, [](Scene& s) { s.twist_stretch = true; }, leave},
+      {"twist_stretch", PricedEffect::twist_stretch, leave, [](Scene& s) { s.twist_stretch = false; }},
       {"enriched beams", PricedEffect::enriched_beams, leave,
        [](Scene& s) {
          for (Stage& stage : s.stages) stage.fiber_model = FiberModel::rod;

@@ -53,6 +53,56 @@ TEST(RunWorkflow, InterruptSavesEverythingUpToTheCurrentIncrement) {
   EXPECT_TRUE(std::filesystem::exists(folder / "out/vtk/fibers.pvd"));
 }
 
+TEST(RunWorkflow, WarnsInTheTerminalTheSummaryAndTheReport) {
+  // A straight column at twice Euler's load, 4π² (R/2L)²: it stays straight, in an equilibrium that is unstable.
+  const TemporaryFolder folder;
+  write_text(folder / "column.toml", R"(title = "column"
+[material.m]
+model = "isotropic"
+young_modulus = "1 GPa"
+poisson_ratio = 0
+[fiber_type.f]
+material = "m"
+diameter = "20 um"
+model = "rod"
+[[fiber]]
+name = "column"
+fiber_type = "f"
+points = [["0 um", "0 um", "0 um"], ["1 mm", "0 um", "0 um"]]
+elements = 12
+[[body]]
+name = "foot"
+[[body.tie]]
+fibers = "column"
+end = "start"
+[[body]]
+name = "head"
+position = ["1 mm", "0 um", "0 um"]
+[[body.tie]]
+fibers = "column"
+end = "end"
+[effects]
+contact = "none"
+[[stage]]
+name = "shorten"
+increments = 4
+[[stage.drive]]
+bodies = "head"
+dof = "x"
+displacement = "-2 um"
+)");
+  const Outcome outcome = run(folder.path(), {TRAME_RUN_WORKFLOW, "column.toml", "--out", "out"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto warnings = nlohmann::json::parse(read_text(folder / "out/summary.json")).at("warnings");
+  ASSERT_FALSE(warnings.empty());
+  const std::string report = read_text(folder / "out/report.html");
+  for (const std::string warning : warnings) {
+    expect_mentions(outcome.out, {"Warning: " + warning + "."});
+    EXPECT_LT(report.find("<b>Warning:</b> " + warning + "."), report.find("<nav>")) << warning;
+  }
+  EXPECT_NE(warnings.front().get<std::string>().find("unstable"), std::string::npos) << warnings;
+}
+
 TEST(RunWorkflow, LeavesAKernelThatTheUserChose) {
   const TemporaryFolder folder;
   Process process(folder.path(), {TRAME_RUN_WORKFLOW, "plain_small", "-v"}, {"OPENBLAS_CORETYPE=Nehalem"});

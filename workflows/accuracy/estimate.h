@@ -20,7 +20,8 @@ struct EnergyPoint {
   micro::EnergyRecord energy;
 };
 
-/// Parts of the a posteriori estimate, relative errors; empty where there is nothing to tell it from.
+/// Parts of the a posteriori estimate, relative errors; empty where there is nothing to tell it from. They are of first
+/// order, so that none says more than 1: the result may be off by all of itself.
 struct PosterioriEstimate {
   /// Energy that the last stage has gained or lost by its steps and detections, over the largest of its terms.
   std::optional<double> steps;
@@ -35,12 +36,16 @@ struct PosterioriEstimate {
   /// over 8. Not in the total, because points of the curve do not have it.
   std::optional<double> between_increments;
 
-  /// Sum of steps, penetration (none without contact) and elements; empty where steps or elements are not known.
+  /// Sum of steps, penetration (none without contact) and elements, at most 1; empty where steps or elements are not
+  /// known.
   [[nodiscard]] std::optional<double> total() const;
 };
 
-[[nodiscard]] std::optional<double> step_error(const std::vector<EnergyPoint>& energies);
-[[nodiscard]] std::optional<double> penetration_error(const micro::Increment& last);
+/// Energy of fibers that are strained by 10⁻⁹ all over, J: what is below is round-off, and no error can be told from
+/// it.
+[[nodiscard]] double energy_noise(const micro::FiberMesh& mesh);
+[[nodiscard]] std::optional<double> step_error(const std::vector<EnergyPoint>& energies, double noise = 0);
+[[nodiscard]] std::optional<double> penetration_error(const micro::Increment& last, double noise = 0);
 [[nodiscard]] std::optional<double> element_error(const micro::FiberMesh& mesh, const micro::Increment& last);
 [[nodiscard]] std::optional<double> interpolation_error(const std::vector<micro::CurvePoint>& curve);
 

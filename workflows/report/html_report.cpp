@@ -135,13 +135,15 @@ std::vector<Chapter> chapters(const RunFiles& files, const std::vector<ReportDat
   return result;
 }
 
-std::string page_html(const micro::SnapshotHeader& header, const std::vector<Chapter>& chapters) {
+std::string page_html(const micro::SnapshotHeader& header, const RunSummary& summary,
+                      const std::vector<Chapter>& chapters) {
   std::string contents, body;
   for (std::size_t i = 0; i < chapters.size(); ++i) {
     contents += fmt::format("<li><a href=\"#part-{}\">{}</a></li>\n", i + 1, chapters[i].title);
     body += section(fmt::format("part-{}", i + 1), chapters[i].title, chapters[i].content);
   }
-  return page(scene_title(header), header_html(header) + "<nav><ol>\n" + contents + "</ol></nav>\n" + body);
+  return page(scene_title(header),
+              header_html(header) + warnings_html(summary) + "<nav><ol>\n" + contents + "</ol></nav>\n" + body);
 }
 
 void write_file(const std::filesystem::path& file, const std::string& text) {
@@ -161,7 +163,7 @@ std::string write_report(const ReportInput& input) {
   if (input.draw_patch) patch = patch_pictures(input.states, last.pair.to, state_name(last.pair.to, last.b));
   // A weave has sides, whose forces are the curves.
   const std::string bodies = has_weave(last.header.mesh) ? "" : bodies_html(input.states, last.pair.to);
-  write_file(input.file, page_html(input.states.header(), chapters(files, data, patch, bodies)));
+  write_file(input.file, page_html(input.states.header(), files.summary, chapters(files, data, patch, bodies)));
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }
 

@@ -52,6 +52,11 @@ std::vector<std::pair<std::string, std::string>> work_of(const nlohmann::json& j
 RunSummary run_summary(const nlohmann::json& json) {
   RunSummary summary;
   summary.work = work_of(json);
+  if (json.value("status", "") == "gave_up")
+    summary.warnings.push_back("the solver gave up: " + json.value("message", ""));
+  if (json.value("status", "") == "interrupted") summary.warnings.emplace_back("the run was interrupted");
+  if (json.contains("warnings"))
+    for (const nlohmann::json& warning : json["warnings"]) summary.warnings.push_back(warning.get<std::string>());
   if (json.contains("n_crossings") && json.contains("n_crossings_ok"))
     summary.crossings = {json["n_crossings_ok"].get<int>(), json["n_crossings"].get<int>()};
   if (!json.contains("seconds")) return summary;
@@ -129,6 +134,12 @@ RunSummary read_run_summary(const std::filesystem::path& file) {
   } catch (const nlohmann::json::exception& error) {
     throw InputError(fmt::format("{}: not the summary of a run: {}", file.string(), error.what()));
   }
+}
+
+std::string warnings_html(const RunSummary& summary) {
+  std::string text;
+  for (const std::string& warning : summary.warnings) text += note("<b>Warning:</b> " + escaped(warning) + ".");
+  return text;
 }
 
 std::string certificates_html(const micro::SnapshotHeader& header, const micro::Increment& b,

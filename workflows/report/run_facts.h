@@ -14,6 +14,7 @@ namespace trame::workflows {
 
 /// What of summary.json the report shows; all empty without such a file.
 struct RunSummary {
+  std::vector<std::string> warnings;                           ///< the solver's giving up first, where it did
   std::optional<std::pair<int, int>> crossings;                ///< that agree with the pattern, and all of them
   std::vector<std::pair<std::string, std::string>> work = {};  ///< sizes and work of the solver: what, how much
   double total_seconds = 0;
@@ -21,6 +22,9 @@ struct RunSummary {
 };
 /// Throws InputError for a file that is missing or not a summary.
 [[nodiscard]] RunSummary read_run_summary(const std::filesystem::path& file);
+
+/// What a reader has to know before anything else; nothing where there is nothing.
+[[nodiscard]] std::string warnings_html(const RunSummary& summary);
 
 /// What vouches for state B, against limits of the scene.
 [[nodiscard]] std::string certificates_html(const micro::SnapshotHeader& header, const micro::Increment& b,
