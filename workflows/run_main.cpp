@@ -71,10 +71,11 @@ int tell_exception(const std::string& program) {
 
 std::string running_program = "trame";
 
-/// Threads cannot hand their exceptions on.
+/// Threads cannot hand their exceptions on. What a run has saved up to here is whole.
 [[noreturn]] void end_of_a_thread() {
-  _exit(std::current_exception() ? tell_exception(running_program)
-                                 : tell(running_program, "unexpected failure", exit_unexpected));
+  const int code = std::current_exception() ? tell_exception(running_program)
+                                            : tell(running_program, "unexpected failure", exit_unexpected);
+  _exit(code == exit_bad_input ? exit_ended_early : code);
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <csignal>
 
+#include "micro/core/text.h"
+
 namespace trame::workflows {
 
 namespace {
@@ -25,6 +27,16 @@ void request_stop(int) {
 std::size_t screen_width(std::FILE* stream) {
   winsize size{};
   return ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;
+}
+
+/// Lines of text, in which names of files may steer no terminal.
+std::string shown(std::string_view text) {
+  std::string lines;
+  for (std::size_t end = text.find('\n'); end != text.npos; end = text.find('\n')) {
+    lines += printable(text.substr(0, end)) + '\n';
+    text.remove_prefix(end + 1);
+  }
+  return lines + printable(text);
 }
 
 }  // namespace
@@ -67,7 +79,7 @@ void Terminal::print(const std::string& text) {
 }
 
 void Terminal::line(std::string_view text) {
-  print(fmt::format("{}{}\n", progress_open_ ? "\r\033[K" : "", text));
+  print((progress_open_ ? "\r\033[K" : "") + shown(text) + "\n");
   progress_open_ = false;
 }
 

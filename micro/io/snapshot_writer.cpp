@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <map>
 #include <stdexcept>
 
@@ -284,8 +286,11 @@ struct SnapshotWriter::Impl {
     const bool told = H5Fget_vfd_handle(states.file, H5P_DEFAULT, reinterpret_cast<void**>(&descriptor)) >= 0;
     return told ? *descriptor : -1;
   }
-  /// Hands what is written to the disk, not only to the system.
-  void sync() const { fdatasync(descriptor()); }
+  /// Hands what is written to the disk, not only to the system. Some file systems say only now that they are full.
+  void sync() const {
+    if (fdatasync(descriptor()) != 0 && (is_lack_of_space(errno) || errno == EIO))
+      throw WriteError(fmt::format("{}: cannot be written to: {}", states.name, std::strerror(errno)));
+  }
 
   [[nodiscard]] std::string what_is_saved() const { return fmt::format("{} states are saved in it", n_increments); }
   /// Throws where the name no longer leads to what is written.

@@ -111,8 +111,8 @@ TEST(OneWriter, AFolderInUseIsRefused) {
 }
 
 TEST(OneWriter, AKilledRunGivesItsFolderUp) {
-  const TemporaryFolder folder;
   for (const std::string preload : {"", TRAME_NO_FLOCK}) {
+    const TemporaryFolder folder;
     Process first(folder.path(), {TRAME_SIMULATE_FIBERS, "plain_small", "--threads", "1", "--out", "o", "--overwrite"},
                   {"LD_PRELOAD=" + preload});
     ASSERT_TRUE(first.wait_for_output("increment 1 ", 300));
@@ -239,7 +239,7 @@ TEST(Memory, WithinALimitOfTheShellEndsClearly) {
     const TemporaryFolder folder;
     const Outcome outcome =
         run(folder.path(), {"bash", "-c",
-                            "ulimit -v " + std::to_string(1024 * megabytes) + "; exec timeout 100 " +
+                            "ulimit -v " + std::to_string(1024 * megabytes) + "; exec timeout -s KILL 100 " +
                                 TRAME_SIMULATE_FIBERS + " plain_small --threads 1 --out o"});
     EXPECT_TRUE(outcome.exit_code == 0 || outcome.exit_code == 2 || outcome.exit_code == 3)
         << megabytes << " MB: " << outcome.exit_code << outcome.err;

@@ -107,7 +107,7 @@ FolderLock make_folder(const fs::path& out) {
 void remove_earlier_results(const fs::path& out) {
   if (!fs::exists(out)) return;
   const std::regex ours(
-      R"(yarns(\.pvd|_[0-9]+\.vtu)|(strains|sections|bands|orientation|zones|continuum)\.csv|report\.html)");
+      R"((yarns(\.pvd|_[0-9]+\.vtu)|(strains|sections|bands|orientation|zones|continuum)\.csv|report\.html)(\.part)?)");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(out))
     if (std::regex_match(entry.path().filename().string(), ours)) files.push_back(entry.path());
@@ -209,7 +209,7 @@ void run(Arguments& arguments) {
   const auto opened = open_states(arguments.states);
   const FiberStates& states = *opened;
   for (const std::string& remark : states.remarks())
-    fmt::print(stderr, "strain_post: {}: {}.\n", states.name(), printable(remark));
+    fmt::print(stderr, "strain_post: {}: {}.\n", states.name(), trame::printable(remark));
   if (arguments.list) return print_states(states);
   if (states.header().mesh.yarns.empty()) throw InputError(states.name() + ": holds no yarn");
   const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
