@@ -13,8 +13,8 @@ namespace trame::workflows {
 /// `available` bytes.
 void check_memory(const micro::Scene& scene, double available);
 
-/// OpenBLAS takes a buffer for each thread that multiplies matrices, and tries for ever where a limit (ulimit -v) leaves
-/// none. Under such a limit this makes it take them now. Throws InputError where they do not fit.
+/// OpenBLAS takes a buffer for each thread that multiplies matrices, and tries for ever where a limit (ulimit -v)
+/// leaves none. Under such a limit this makes it take them now. Throws InputError where they do not fit.
 void take_blas_buffers(int n_threads);
 
 }  // namespace trame::workflows

@@ -95,7 +95,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run_main("render_patch", [&]() -> int {
+  return run_main("render_patch", argv, [&]() -> int {
     CLI::App app("A picture of the fibers of a saved state.");
     Arguments arguments;
     define(app, arguments);

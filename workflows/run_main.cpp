@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -27,6 +28,16 @@ namespace {
 void open_standard_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(descriptor, F_GETFD) < 0 && open("/dev/null", O_RDWR) != descriptor) _exit(exit_unexpected);
+}
+
+/// OpenBLAS reads the number of its threads as the process starts.
+void leave_out_blas_threads(char** argv) {
+  const char* variable = "OPENBLAS_NUM_THREADS";
+  rlimit limit{};
+  const bool is_limited = getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+  if (!is_limited || std::getenv(variable) != nullptr) return;
+  setenv(variable, "1", 0);
+  execv("/proc/self/exe", argv);
 }
 
 /// The lines of a message; what it quotes does not steer the terminal.
@@ -80,8 +91,9 @@ std::string running_program = "trame";
 
 }  // namespace
 
-int run_main(const std::string& program, const std::function<int()>& body) {
+int run_main(const std::string& program, char** argv, const std::function<int()>& body) {
   open_standard_streams();
+  leave_out_blas_threads(argv);
   std::signal(SIGXFSZ, SIG_IGN);
   running_program = program;
   std::set_terminate(end_of_a_thread);

@@ -248,7 +248,7 @@ int run_command_line(const Program& program, int argc, char** argv) {
 }  // namespace
 
 int run_program(const Program& program, int argc, char** argv) {
-  return run_main(program.name, [&] {
+  return run_main(program.name, argv, [&] {
     choose_blas_kernel(argv);
     return run_command_line(program, argc, argv);
   });

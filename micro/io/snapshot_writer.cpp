@@ -292,7 +292,9 @@ struct SnapshotWriter::Impl {
       throw WriteError(fmt::format("{}: cannot be written to: {}", states.name, std::strerror(errno)));
   }
 
-  [[nodiscard]] std::string what_is_saved() const { return fmt::format("{} states are saved in it", n_increments); }
+  [[nodiscard]] std::string what_is_saved() const {
+    return n_increments == 0 ? "nothing is saved" : fmt::format("the first {} states are whole in it", n_increments);
+  }
   /// Throws where the name no longer leads to what is written.
   void check_presence() const {
     struct stat written {

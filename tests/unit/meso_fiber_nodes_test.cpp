@@ -256,6 +256,7 @@ TEST_F(Hdf5Nodes, LabelsMayBeTextsAndOtherwiseSpelled) {
 }
 
 TEST_F(Hdf5Nodes, AUnitIsTaken) {
+  Hdf5File(path_).put("fibers/yarn", std::vector<int>{0, 0, 0});
   Hdf5File(path_).put("fibers/radius", std::vector<double>{2, 2, 2});
   {
     const Hdf5File file(path_);

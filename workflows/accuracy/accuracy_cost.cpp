@@ -173,5 +173,5 @@ int run(int argc, char** argv) {
 }  // namespace trame::workflows
 
 int main(int argc, char** argv) {
-  return trame::workflows::run_main("accuracy_cost", [&] { return trame::workflows::run(argc, argv); });
+  return trame::workflows::run_main("accuracy_cost", argv, [&] { return trame::workflows::run(argc, argv); });
 }

@@ -128,7 +128,7 @@ double metres(const std::string& where, const std::string& unit) {
 }
 
 std::string remark_on_size(const std::vector<Vec3>& positions, const std::string& how_to_give_a_unit) {
-  constexpr double largest_fabric = 3;  // m
+  constexpr double largest_fabric = 10;  // m
   Eigen::AlignedBox3d box;
   for (const Vec3& x : positions) box.extend(x);
   const double size = positions.empty() ? 0 : box.sizes().maxCoeff();

@@ -30,15 +30,15 @@ struct Place {
 
 constexpr std::size_t max_line_bytes = 10'000;
 
-/// Fields between commas, else semicolons, else tabs, else blanks. A quoted field may hold any of them, and a quote
-/// twice.
-std::vector<std::string> fields_of(const std::string& line) {
-  char separator = ' ';
+/// What separates the fields of a table, by its first line: commas, else semicolons, else tabs, else blanks.
+char separator_of(const std::string& line) {
   for (const char c : {',', ';', '\t'})
-    if (line.find(c) != line.npos) {
-      separator = c;
-      break;
-    }
+    if (line.find(c) != line.npos) return c;
+  return ' ';
+}
+
+/// A quoted field may hold separators, and a quote twice.
+std::vector<std::string> fields_of(const std::string& line, char separator) {
   std::vector<std::string> fields(1);
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -122,7 +122,8 @@ class TableReader {
     if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
     if (const auto first = line.find_first_not_of(" \t\r"); first == line.npos) return;
     if (line.starts_with('#')) return take_comment(line);
-    const std::vector<std::string> fields = fields_of(line);
+    if (separator_ == 0) separator_ = separator_of(line);
+    const std::vector<std::string> fields = fields_of(line, separator_);
     if (columns_.empty() && std::none_of(fields.begin(), fields.end(), [](const auto& f) { return number(f); }))
       return take_names(fields);
     if (columns_.empty()) columns_ = unnamed_columns(place_, fields.size());
@@ -211,6 +212,7 @@ class TableReader {
   Table table_;
   std::vector<Column> columns_;
   std::map<std::pair<std::string, std::string>, std::size_t> begun_;
+  char separator_ = 0;  // not known yet
   double metres_ = 1;
   bool has_unit_ = false;
 };

@@ -228,7 +228,7 @@ void run(Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run_main("strain_post", [&]() -> int {
+  return run_main("strain_post", argv, [&]() -> int {
     CLI::App app("Strains of the yarns of a fabric between two states of its fibers.");
     Arguments arguments;
     define(app, arguments);
