@@ -11,8 +11,10 @@
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/io/snapshot.h"
+#include "workflows/file_probe.h"
 #include "workflows/picture/display.h"
 #include "workflows/picture/patch_picture.h"
+#include "workflows/run_main.h"
 #include "workflows/saved_state.h"
 
 namespace {
@@ -36,7 +38,8 @@ void define(CLI::App& app, Arguments& arguments) {
       "Warp yarns are blue, weft yarns orange. A cut at x = const is seen along -x with y to the right, one at\n"
       "y = const along +y with x to the right; z is up, and what lies behind the cut is paler.\n"
       "Needs an X server; without a screen: xvfb-run -a render_patch ...\n"
-      "Exit codes: 0 done, 2 bad input or no X server.");
+      "Without an X server the exit code is 2. " +
+      std::string(exit_codes_text));
   app.add_option("states", arguments.states, "State file of a run (HDF5)")->required();
   app.add_option("--out", arguments.out, "Picture to write, .png")->required();
   app.add_option("--increment", arguments.increment, "Number of an increment, name of a stage (its end), or \"last\"")
@@ -72,8 +75,15 @@ void check_out(const fs::path& out) {
 void run(const Arguments& arguments) {
   check_out(arguments.out);
   const PictureOptions options{views.at(arguments.view), parse_cut(arguments.at), arguments.width};
+  const auto find = [&](const SnapshotReader& states) {
+    return find_state(trame::meso::RunStates(states), "--increment", arguments.increment);
+  };
+  probe(arguments.states.string(), [&] {
+    const SnapshotReader states(arguments.states);
+    (void)states.read_fibers(find(states));
+  });
   const SnapshotReader states(arguments.states);
-  const trame::Index increment = find_state(trame::meso::RunStates(states), "--increment", arguments.increment);
+  const trame::Index increment = find(states);
   // VTK would end the process.
   if (!display_answers())
     throw InputError(
@@ -85,17 +95,11 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("A picture of the fibers of a saved state.");
-  Arguments arguments;
-  define(app, arguments);
-  try {
-    app.parse(argc, argv);
-    run(arguments);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  } catch (const InputError& error) {
-    fmt::print(stderr, "render_patch: {}\n", error.what());
-    return 2;
-  }
-  return 0;
+  return run_main("render_patch", argv, [&]() -> int {
+    CLI::App app("A picture of the fibers of a saved state.");
+    Arguments arguments;
+    define(app, arguments);
+    if (parse_arguments(app, argc, argv)) run(arguments);
+    return exit_done;
+  });
 }

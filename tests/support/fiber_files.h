@@ -26,9 +26,12 @@ namespace trame::test {
 class Hdf5File {
  public:
   explicit Hdf5File(const std::filesystem::path& path)
-      : file_(std::filesystem::exists(path) ? H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT)
-                                            : H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT)) {}
-  ~Hdf5File() { H5Fclose(file_); }
+      : file_(std::filesystem::exists(path) ? H5Fopen(path.c_str(), H5F_ACC_RDWR, access_)
+                                            : H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access_)) {}
+  ~Hdf5File() {
+    H5Fclose(file_);
+    H5Pclose(access_);
+  }
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
 
@@ -86,6 +89,13 @@ class Hdf5File {
   }
 
  private:
+  /// Without locks, as our readers have it: within a process the library wants the same for all.
+  static hid_t without_locks() {
+    const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_file_locking(access, false, true);
+    return access;
+  }
+  hid_t access_ = without_locks();
   hid_t file_;
 };
 

@@ -184,7 +184,7 @@ TEST(Continuum, FewFibers) {
   EXPECT_EQ(three.exchanged, 0);
 }
 
-/// Fibers in one layer enclose no volume, but what fibers do can still be told.
+/// Fibers in one layer enclose no volume: what fibers do can still be told, but not of a continuum.
 TEST(Continuum, OneLayer) {
   const LatticeYarns yarns{.n_rows = 1, .n_columns = 6};
   const auto a = yarns.configuration();
@@ -192,7 +192,7 @@ TEST(Continuum, OneLayer) {
   EXPECT_EQ(row.mesh_status, MeshStatus::flat_section);
   EXPECT_LT(row.D2_95, 1e-12);
   EXPECT_TRUE(std::isnan(row.exchanged) && std::isnan(row.flagged) && std::isnan(row.mesh_difference));
-  EXPECT_EQ(row.verdict, ContinuumVerdict::holds);
+  EXPECT_EQ(row.verdict, ContinuumVerdict::nothing_to_judge);
 }
 
 TEST(Continuum, DoesNotDependOnThreads) {
@@ -249,6 +249,12 @@ TEST(Verdict, EveryLimitCounts) {
   EXPECT_EQ(verdict(row(on_average)), ContinuumVerdict::holds_on_average);
   EXPECT_EQ(verdict(row({nan, nan, nan, nan, nan})), ContinuumVerdict::holds);
   EXPECT_EQ(verdict(YarnContinuum()), ContinuumVerdict::too_few_fibers);
+  YarnContinuum unmeshed;
+  unmeshed.n_nodes = 100;
+  unmeshed.mesh_status = MeshStatus::flat_section;
+  unmeshed.verdict = verdict(unmeshed);
+  EXPECT_EQ(unmeshed.verdict, ContinuumVerdict::nothing_to_judge);
+  EXPECT_EQ(explanation(unmeshed), "nothing to judge: no mesh, because all fibers lie in one surface");
   const auto beyond = [&](const ContinuumLimits& limits, double YarnContinuum::*member) {
     YarnContinuum changed = row(limits);
     changed.*member *= 1.01;

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 
 #include "meso/analyse.h"
 #include "micro/core/error.h"
+#include "micro/io/whole_file.h"
 #include "workflows/report/body_loads.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_pictures.h"
@@ -146,12 +146,6 @@ std::string page_html(const micro::SnapshotHeader& header, const RunSummary& sum
               header_html(header) + warnings_html(summary) + "<nav><ol>\n" + contents + "</ol></nav>\n" + body);
 }
 
-void write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  if (!stream.flush()) throw InputError(fmt::format("{}: cannot be written", file.string()));
-}
-
 }  // namespace
 
 std::string write_report(const ReportInput& input) {
@@ -163,7 +157,8 @@ std::string write_report(const ReportInput& input) {
   if (input.draw_patch) patch = patch_pictures(input.states, last.pair.to, state_name(last.pair.to, last.b));
   // A weave has sides, whose forces are the curves.
   const std::string bodies = has_weave(last.header.mesh) ? "" : bodies_html(input.states, last.pair.to);
-  write_file(input.file, page_html(input.states.header(), files.summary, chapters(files, data, patch, bodies)));
+  micro::write_whole_file(input.file,
+                          page_html(input.states.header(), files.summary, chapters(files, data, patch, bodies)));
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "micro/core/error.h"
+#include "workflows/csv.h"
 
 namespace trame::workflows {
 namespace {
@@ -15,16 +15,6 @@ using meso::Section;
 using meso::SectionStatus;
 using meso::ShearBand;
 using meso::ShearZone;
-
-std::ofstream csv(const std::filesystem::path& file, const char* header) {
-  std::ofstream out(file);
-  out << header << '\n';
-  return out;
-}
-
-void finish(std::ofstream& out, const std::filesystem::path& file) {
-  if (!out.flush()) throw InputError(fmt::format("{}: cannot be written", file.string()));
-}
 
 /// ",1,2.5": fields that follow others.
 std::string fields(std::initializer_list<double> values) {
@@ -81,30 +71,30 @@ void write_sections_csv(const std::filesystem::path& file, const std::vector<mic
         "ellipse_residual_{0},shape_{0}",
         state);
   header += ",E_axial_side,E_axial_centre,side_to_centre";
-  std::ofstream out = csv(file, header.c_str());
+  CsvFile out(file, header);
   for (const meso::YarnFindings& yarn : findings)
     for (std::size_t k = 0; k < yarn.sections.size(); ++k) {
       const meso::SectionPair& pair = yarn.sections[k];
-      out << fmt::format("{},{}", yarns[yarn.yarn].name, k) << fields({pair.a.fraction, pair.a.arc_length})
+      out << fmt::format("{},{}", csv_field(yarns[yarn.yarn].name), k) << fields({pair.a.fraction, pair.a.arc_length})
           << section_fields(pair.a) << section_fields(pair.b)
           << fields({pair.axial_strain.side, pair.axial_strain.centre, pair.axial_strain.ratio}) << '\n';
     }
-  finish(out, file);
+  out.write();
 }
 
 void write_bands_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
                      const MeshedStrains& strains) {
-  std::ofstream out = csv(file,
-                          "yarn,station,component,band,centre_horizontal_m,centre_vertical_m,angle_deg,straightness,"
-                          "thickness_d,length_d,aspect,area_d2,mean_excess,share_of_section,share_of_section_excess,"
-                          "p_value,significant");
+  CsvFile out(file,
+              "yarn,station,component,band,centre_horizontal_m,centre_vertical_m,angle_deg,straightness,"
+              "thickness_d,length_d,aspect,area_d2,mean_excess,share_of_section,share_of_section_excess,"
+              "p_value,significant");
   for (std::size_t y = 0; y < strains.bands.size(); ++y)
     for (const meso::SectionBands& cut : strains.bands[y])
       for (std::size_t k = 0; k < cut.bands.size(); ++k)
-        out << fmt::format("{},{},{},{}", yarns[strains.analysis.meshes[y].yarn].name, cut.station, text(cut.component),
-                           k + 1)
+        out << fmt::format("{},{},{},{}", csv_field(yarns[strains.analysis.meshes[y].yarn].name), cut.station,
+                           text(cut.component), k + 1)
             << band_fields(cut.bands[k]) << '\n';
-  finish(out, file);
+  out.write();
 }
 
 void write_orientation_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
@@ -112,43 +102,45 @@ void write_orientation_csv(const std::filesystem::path& file, const std::vector<
   std::string header = "yarn,component";
   for (std::size_t k = 0; k < meso::DirectionalCorrelation::n_directions; ++k)
     header += fmt::format(",{:.0f}_deg", meso::DirectionalCorrelation::angle(k));
-  std::ofstream out = csv(file, header.c_str());
+  CsvFile out(file, header);
   for (std::size_t y = 0; y < strains.orientations.size(); ++y)
     for (std::size_t c = 0; c < meso::band_components.size(); ++c) {
-      out << fmt::format("{},{}", yarns[strains.analysis.meshes[y].yarn].name, text(meso::band_components[c]));
+      out << fmt::format("{},{}", csv_field(yarns[strains.analysis.meshes[y].yarn].name),
+                         text(meso::band_components[c]));
       for (const double value : strains.orientations[y][c]) out << fmt::format(",{:.3f}", value);
       out << '\n';
     }
-  finish(out, file);
+  out.write();
 }
 
 void write_zones_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
                      const MeshedStrains& strains) {
-  std::ofstream out = csv(file,
-                          "yarn,zone,n_tets,volume_m3,volume_fraction,share_of_yarn,centre_x_m,centre_y_m,centre_z_m,"
-                          "normal_x,normal_y,normal_z,extent_1_d,extent_2_d,extent_3_d");
+  CsvFile out(file,
+              "yarn,zone,n_tets,volume_m3,volume_fraction,share_of_yarn,centre_x_m,centre_y_m,centre_z_m,"
+              "normal_x,normal_y,normal_z,extent_1_d,extent_2_d,extent_3_d");
   for (std::size_t y = 0; y < strains.analysis.meshes.size(); ++y) {
     const meso::YarnMesh& mesh = strains.analysis.meshes[y];
     const std::vector<ShearZone>& zones = strains.analysis.fields[y].zones.zones;
     for (std::size_t k = 0; k < zones.size(); ++k)
-      out << fmt::format("{},{}", yarns[mesh.yarn].name, k + 1) << zone_fields(zones[k], mesh.fiber_distance) << '\n';
+      out << fmt::format("{},{}", csv_field(yarns[mesh.yarn].name), k + 1) << zone_fields(zones[k], mesh.fiber_distance)
+          << '\n';
   }
-  finish(out, file);
+  out.write();
 }
 
 void write_continuum_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
                          const std::vector<meso::YarnFindings>& findings) {
-  std::ofstream out = csv(file,
-                          "yarn,n_nodes,D2_min_mean,D2_min_median,D2_min_95,non_affine_median_d,non_affine_95_d,"
-                          "exchanged_neighbours,inverted,typical_strain,non_affine_share,mesh_difference,verdict");
+  CsvFile out(file,
+              "yarn,n_nodes,D2_min_mean,D2_min_median,D2_min_95,non_affine_median_d,non_affine_95_d,"
+              "exchanged_neighbours,inverted,typical_strain,non_affine_share,mesh_difference,verdict");
   for (const meso::YarnFindings& yarn : findings) {
     const meso::YarnContinuum& row = yarn.continuum;
-    out << fmt::format("{},{}", yarns[yarn.yarn].name, row.n_nodes)
+    out << fmt::format("{},{}", csv_field(yarns[yarn.yarn].name), row.n_nodes)
         << fields({row.D2_mean, row.D2_median, row.D2_95, row.non_affine_median, row.non_affine_95, row.exchanged,
                    row.flagged, row.typical_strain, row.non_affine_share, row.mesh_difference})
-        << fmt::format(",\"{}\"\n", explanation(row));
+        << "," << csv_field(explanation(row)) << '\n';
   }
-  finish(out, file);
+  out.write();
 }
 
 void print_findings(const std::vector<micro::Yarn>& yarns, const std::vector<meso::YarnFindings>& findings,
