@@ -203,8 +203,6 @@ int run_program(const Program& program, int argc, char** argv) {
     return run_command_line(program, argc, argv);
   } catch (const InputError& error) {
     return fail("", error, exit_bad_input);
-  } catch (const SolverFailure& error) {
-    return fail("the solver gave up: ", error, exit_gave_up);
   } catch (const std::exception& error) {
     return fail("unexpected failure: ", error, exit_unexpected);
   }
