@@ -26,7 +26,7 @@ mustache::data data_of(const Fields& fields) {
     else {
       mustache::data list(mustache::data::type::list);
       for (const Fields& one : std::get<std::vector<Fields>>(value)) list.push_back(data_of(one));
-      data.set(name, std::move(list));
+      data.set(name, list);
     }
   return data;
 }
