@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Command = std::vector<std::string>;
 
-constexpr int half_page = 640, whole_page = 1080;  // pixels; the page is as wide
+constexpr int half_page = 540, whole_page = 1040;  // pixels, as the page shows them
 
 /// Views of render_patch, and what captions call them.
 constexpr std::array<std::pair<const char*, const char*>, 3> views = {
