@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// How failures travel: `InputError` for what the user can mend (exit code 2), `SolverFailure` for an
-/// increment that no cut could save (exit code 3). Programmer errors are asserts.
+/// How failures travel: `InputError` for what the user can mend (exit code 2). An increment that no cut could save is
+/// no exception but a status of the run (exit code 3). Programmer errors are asserts.
 
 #include <stdexcept>
 #include <string>
@@ -10,12 +10,6 @@ namespace trame {
 
 /// Bad input: the message names the file, the key, the value and what is allowed.
 class InputError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
-/// The solver gave up: the message says in which stage and increment, what went wrong and what to try.
-class SolverFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
