@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "micro/io/snapshot.h"
 
@@ -24,6 +25,8 @@ class FiberStates {
   /// contacts and bodies.
   [[nodiscard]] virtual const micro::SnapshotHeader& header() const = 0;
   [[nodiscard]] virtual Index n_increments() const = 0;
+  /// How states from elsewhere were understood where that is not plain from the file, for a user to check.
+  [[nodiscard]] virtual std::vector<std::string> remarks() const { return {}; }
   /// State i, 0 ≤ i < n_increments(); 0 is the reference. Positions are complete and finite. Throws InputError.
   [[nodiscard]] virtual micro::Increment read(Index i) const = 0;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "micro/core/error.h"
 
@@ -42,6 +43,34 @@ void require_same_fibers(const SnapshotHeader& header, const Assembly& assembly,
   require(equal(theirs.arc_length, ours.arc_length, scales.length), "lengths of fibers");
   require(equal(theirs.axial_stiffness, ours.axial_stiffness, scales.force()), "axial stiffnesses of fibers");
   require(header.body_names == assembly.body_names, "rigid bodies");
+}
+
+/// A damaged file may hold any numbers. Fails for those that no run leaves behind and that could not be gone on from.
+void require_plausible(const Increment& state, const FiberMesh& mesh) {
+  const auto require = [](bool plausible, const std::string& what) {
+    if (!plausible) throw InputError(fmt::format("--start-from: the states are damaged: {}", what));
+  };
+  constexpr double most_stretch = 100, most_radii = 1e9;  // far beyond what solves
+  for (Index f = 0; f < mesh.n_fibers(); ++f)
+    for (Index n = mesh.first_node[f]; n < mesh.first_node[f + 1]; ++n) {
+      const bool near = state.fibers.r[n].norm() <= most_radii * mesh.radius[f];
+      const bool joined = n == mesh.first_node[f] || (state.fibers.r[n] - state.fibers.r[n - 1]).norm() <=
+                                                         most_stretch * (mesh.arc_length[n] - mesh.arc_length[n - 1]);
+      const bool shaped = state.fibers.tangent[n].norm() <= most_stretch && state.fibers.g1[n].norm() <= most_stretch &&
+                          state.fibers.g2[n].norm() <= most_stretch;
+      require(near && joined && shaped, fmt::format("node {} of fiber {} is out of place", n - mesh.first_node[f], f));
+    }
+  for (const Mat3& rotation : state.bodies.rotation)
+    require((rotation * rotation.transpose() - Mat3::Identity()).norm() < 1e-6 && rotation.determinant() > 0,
+            "the rotation of a body is none");
+  const ContactRecord& contacts = state.contacts;
+  const auto on_fiber = [&](double s, Index fiber) {
+    return s >= -1e-6 * mesh.length(fiber) && s <= (1 + 1e-6) * mesh.length(fiber);
+  };
+  for (std::size_t c = 0; c < contacts.gap.size(); ++c)
+    require(on_fiber(contacts.s_a[c], contacts.fiber_a[c]) && on_fiber(contacts.s_b[c], contacts.fiber_b[c]) &&
+                std::abs(contacts.normal[c].norm() - 1) < 1e-3 && contacts.penalty[c] > 0 && contacts.length[c] > 0,
+            fmt::format("contact {} cannot be", c));
 }
 
 std::vector<ContactHistory> contact_history(const ContactRecord& record, const Scene& scene, const Assembly& assembly,
@@ -96,6 +125,7 @@ Restart restart_after(const std::string& after, const SnapshotReader& states, co
   restart.next_stage = static_cast<std::size_t>(stage - scene.stages.begin()) + 1;
   restart.reference = states.read(0);
   restart.state = states.read(end_of_stage(states, after));
+  require_plausible(restart.state, states.header().mesh);
   restart.carried = carry(restart.state, scene, assembly, scales);
   restart.carried.just_separated = stage->separate_yarns;
   return restart;

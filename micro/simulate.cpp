@@ -160,7 +160,7 @@ class Run {
 
   SimulationSummary follow_load_path() {
     for (std::size_t i = first_stage_; i < scene_.stages.size() && summary_.status == Status::done; ++i) {
-      run(scene_.stages[i], i);
+      run_as_far_as_it_goes(i);
       if (stop_requested() && i + 1 < scene_.stages.size() && summary_.status == Status::done)
         summary_.status = Status::interrupted;
     }
@@ -212,6 +212,29 @@ class Run {
                        names_of(ends, model.field)));
   }
 
+  /// What the machine lacks ends a run, but not what it has saved.
+  void run_as_far_as_it_goes(std::size_t stage) {
+    const auto end = [&](Status status, const std::string& why) {
+      summary_.status = status;
+      summary_.message = why + how_to_go_on(stage);
+    };
+    try {
+      run(scene_.stages[stage], stage);
+    } catch (const WriteError& error) {
+      end(Status::cannot_write, error.what());
+    } catch (const std::bad_alloc&) {
+      end(Status::gave_up, "there is not enough memory to go on");
+    }
+  }
+
+  [[nodiscard]] std::string how_to_go_on(std::size_t stage) const {
+    if (stage == first_stage_) return "";
+    return fmt::format(
+        ". Once there is room, another run can begin after the last stage that is complete: --start-from {} "
+        "--after \"{}\"",
+        options_.states.string(), scene_.stages[stage - 1].name);
+  }
+
   void run(const Stage& stage, std::size_t index) {
     place_leaders(assembly_, stage, carried_.poses);
     StageModel model(scene_, assembly_, stage, carried_);
@@ -219,7 +242,7 @@ class Run {
     if (options_.log) options_.log(fmt::format("stage {}: {} dofs", stage.name, model.layout.n_dofs()));
 
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
-    const NewtonSettings newton_settings{
+    NewtonSettings newton_settings{
         scene_.solver.force_tolerance,
         1e-12,
         scene_.solver.max_newton_iterations,
@@ -228,6 +251,7 @@ class Run {
         model.contact ? scene_.contact.search_margin : std::numeric_limits<double>::infinity(),
         model.proximal == nullptr,
         smallest_radius};
+    newton_settings.stop = [this] { return stop_requested(); };
     LoadPathSettings path;
     path.n_increments = stage.n_increments;
     path.max_geometry_updates = scene_.solver.max_geometry_updates;
@@ -242,6 +266,7 @@ class Run {
     double work = 0;  // of the bodies, in this stage
     StageDriver driver;
     driver.log = options_.log;
+    driver.stop = [this] { return stop_requested(); };
     // Fibers that are still being damped are on their way, not in equilibrium.
     driver.slack = [&](double to) { return model.proximal && (to < 1 || stage.proximal_end > 0) ? 10.0 : 1.0; };
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
@@ -271,16 +296,16 @@ class Run {
     carried_.just_separated = stage.separate_yarns;
     count_crossings(model, state, assembly_, summary_);
     look_for_buried_ends(model, state, stage);
+    if (outcome.status != StageOutcome::Status::done && since_saved_ > 0) {
+      // The effects stand at the failed attempt: bring their contact elements back to the last good state.
+      for (const auto& effect : model.effects) {
+        effect->begin_step(state, outcome.stage_time);
+        effect->update(state, Effect::Update::everything);
+      }
+      save(model, state, last_point_, last_solver_);
+    }
     if (outcome.status == StageOutcome::Status::interrupted) summary_.status = Status::interrupted;
     if (outcome.status == StageOutcome::Status::gave_up) {
-      if (since_saved_ > 0) {
-        // The effects stand at the failed attempt: bring their contact elements back to the last good state.
-        for (const auto& effect : model.effects) {
-          effect->begin_step(state, outcome.stage_time);
-          effect->update(state, Effect::Update::everything);
-        }
-        save(model, state, last_point_, last_solver_);
-      }
       summary_.status = Status::gave_up;
       summary_.message = fmt::format("stage {} at stage time {:.4f}: {}{}; the smallest allowed increment failed",
                                      stage.name, outcome.stage_time, outcome.reason,

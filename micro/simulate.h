@@ -41,7 +41,7 @@ struct SimulateOptions {
   int n_threads = 0;                                  ///< 0: all cores
   std::function<void(const Progress&)> on_increment;  ///< may be empty
   std::function<void(const std::string&)> log;        ///< Newton residuals line by line (-v); may be empty
-  const std::atomic<bool>* stop = nullptr;            ///< end after the current increment when true
+  const std::atomic<bool>* stop = nullptr;            ///< end when true, without the increment under way
 };
 
 /// A point of the curves: strain and force of the patch's sides, per increment.
@@ -55,8 +55,8 @@ struct CurvePoint {
 };
 
 struct SimulationSummary {
-  enum class Status { done, interrupted, gave_up } status = Status::done;
-  std::string message;  ///< why it gave up, where, what to try
+  enum class Status { done, interrupted, gave_up, cannot_write } status = Status::done;
+  std::string message;  ///< why it gave up or cannot write, where, what to try
   ModelSize size;
   Index n_contact_elements_max = 0;
   Index n_increments = 0, n_cut_increments = 0, n_newton_iterations = 0, n_factorizations = 0;
@@ -76,8 +76,9 @@ struct SimulationSummary {
 /// Throws InputError where the run cannot start from what the options name; touches nothing.
 void check_start(const Scene& scene, const SimulateOptions& options);
 
-/// Runs `scene` and writes its states. A solver that gives up is reported in `status`, with the last good state saved.
-/// Throws InputError where the scene and the options cannot be run.
+/// Runs `scene` and writes its states. A solver that gives up is reported in `status`, with the last good state saved;
+/// so is a disk that is full after the first state. Throws InputError where the scene and the options cannot be run,
+/// WriteError where not even the first state can be written.
 [[nodiscard]] SimulationSummary simulate(const Scene& scene, const SimulateOptions& options);
 
 }  // namespace trame::micro

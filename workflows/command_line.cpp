@@ -9,17 +9,13 @@
 #include <vector>
 
 #include "micro/core/error.h"
+#include "workflows/run_main.h"
 
 namespace trame::workflows {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr const char* exit_codes =
-    "Exit codes: 0 done, or ended by Ctrl-C with everything saved; 1 unexpected failure; 2 bad input; 3 the solver "
-    "gave up, with "
-    "everything up to there saved.";
 
 std::vector<std::string> scene_names(const fs::path& folder) {
   std::vector<std::string> names;
@@ -35,7 +31,7 @@ std::vector<std::string> scene_names(const fs::path& folder) {
 std::optional<Options> parse_command_line(int argc, const char* const* argv, const std::string& description) {
   Options options;
   CLI::App app(description);
-  app.footer(exit_codes);
+  app.footer(exit_codes_text);
   app.set_version_flag("--version", std::string("Trame ") + TRAME_VERSION);
   auto* scene = app.add_option("SCENE", options.scene, "Scene file, or the name of one in data/scenes");
   app.add_option("--out", options.out, "Folder for the results [results/<scene>]");
@@ -60,15 +56,8 @@ std::optional<Options> parse_command_line(int argc, const char* const* argv, con
   app.add_flag("--check", options.check, "Check the scene, say what would be simulated, and stop");
   auto* print_schema = app.add_flag("--print-schema", options.print_schema, "Print every key of a scene, and stop");
   app.add_flag("-v,--verbose", options.verbose, "Print the residual of every Newton iteration");
-  try {
-    app.parse(argc, argv);
-    if (scene->empty() && print_schema->empty()) throw CLI::RequiredError("SCENE");
-  } catch (const CLI::Success& success) {  // --help, --version
-    app.exit(success);
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw InputError(fmt::format("{} (--help explains the options)", error.what()));
-  }
+  if (!parse_arguments(app, argc, argv)) return std::nullopt;
+  if (scene->empty() && print_schema->empty()) throw InputError("SCENE is required (--help explains the options)");
   return options;
 }
 
@@ -82,6 +71,10 @@ fs::path find_scene(const std::string& scene, const fs::path& data) {
   const bool is_path = scene.find('/') != std::string::npos || scene.ends_with(".toml");
   const fs::path file = is_path ? fs::path(scene) : folder / (scene + ".toml");
   if (fs::is_regular_file(file)) return file;
+  if (fs::is_directory(file) || (!is_path && fs::is_directory(scene)))
+    throw InputError(fmt::format("scene {}: is a folder; must be a file, such as {}, or a scene of {}: {}", scene,
+                                 (fs::path(scene) / "scene.toml").string(), folder.string(),
+                                 fmt::join(scene_names(folder), ", ")));
   throw InputError(fmt::format("scene {}: there is no file {}; must be a file, or a scene of {}: {}", scene,
                                file.string(), folder.string(), fmt::join(scene_names(folder), ", ")));
 }

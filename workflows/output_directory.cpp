@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <fstream>
+#include <algorithm>
 #include <regex>
-#include <stdexcept>
 #include <vector>
 
 #include "micro/core/error.h"
@@ -27,48 +26,47 @@ void remove_run_outputs(const fs::path& root) {
   for (const fs::path& file : ours) fs::remove(file);
 }
 
-void make_ready(const fs::path& root, bool overwrite) {
+bool is_empty_but_for_the_lock(const fs::path& folder) {
+  const fs::directory_iterator entries(folder);
+  return std::all_of(begin(entries), end(entries),
+                     [](const fs::directory_entry& entry) { return entry.path().filename() == FolderLock::file_name; });
+}
+
+std::unique_ptr<FolderLock> make_ready(const fs::path& root, bool overwrite) {
   if (fs::exists(root) && !fs::is_directory(root))
     throw InputError(fmt::format("--out {}: is a file; must be a folder, or not exist yet", root.string()));
   fs::create_directories(root);
   if (access(root.c_str(), W_OK | X_OK) != 0)
     throw InputError(
         fmt::format("--out {}: cannot be written to; must be a folder with write permission", root.string()));
+  auto lock = std::make_unique<FolderLock>("--out", root);
   if (overwrite)
     remove_run_outputs(root);
-  else if (!fs::is_empty(root))
+  else if (!is_empty_but_for_the_lock(root))
     throw InputError(
         fmt::format("--out {}: is not empty; must be a new or empty folder, unless --overwrite is given, "
                     "which replaces the files of an earlier run",
                     root.string()));
+  return lock;
 }
 
 }  // namespace
 
 bool is_run_output(const std::string& relative_path) {
-  static const std::regex names(R"(states\.h5|report\.html)"
-                                R"(|(summary\.json|curves\.csv|curves\.gp|curves\.svg)(\.part)?)"
-                                R"(|vtk/(fibers|yarns)(\.pvd|_[0-9]+\.vt[pu]))");
+  static const std::regex names(R"((states\.h5|report\.html|summary\.json|curves\.csv|curves\.gp|curves\.svg)"
+                                R"(|vtk/(fibers|yarns)(\.pvd|_[0-9]+\.vt[pu]))(\.part)?)");
   return std::regex_match(relative_path, names);
 }
 
 OutputDirectory::OutputDirectory(const fs::path& root, bool overwrite) : root_(root) {
   try {
-    make_ready(root_, overwrite);
+    lock_ = make_ready(root_, overwrite);
   } catch (const fs::filesystem_error& error) {
+    if (is_lack_of_space(error.code().value()))
+      throw WriteError(fmt::format("--out {}: cannot be written to: {}", root.string(), error.code().message()));
     throw InputError(fmt::format("--out {}: cannot be used ({}); must be a folder that can be created and written to",
                                  root.string(), error.code().message()));
   }
-}
-
-void write_whole_file(const fs::path& file, const std::string& text) {
-  fs::path part = file;
-  part += ".part";
-  std::ofstream stream(part, std::ios::binary);
-  stream << text;
-  stream.close();
-  if (!stream) throw std::runtime_error(fmt::format("{}: could not be written; is the disk full?", part.string()));
-  fs::rename(part, file);
 }
 
 }  // namespace trame::workflows

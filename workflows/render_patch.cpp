@@ -13,8 +13,10 @@
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/io/snapshot.h"
+#include "workflows/file_probe.h"
 #include "workflows/picture/display.h"
 #include "workflows/picture/patch_picture.h"
+#include "workflows/run_main.h"
 #include "workflows/saved_state.h"
 
 namespace {
@@ -40,7 +42,8 @@ void define(CLI::App& app, Arguments& arguments) {
       "Warp yarns are blue, weft yarns orange. A cut at x = const is seen along -x with y to the right, one at\n"
       "y = const along +y with x to the right; z is up, and what lies behind the cut is paler.\n"
       "Needs an X server; without a screen: xvfb-run -a render_patch ...\n"
-      "Exit codes: 0 done, 2 bad input or no X server.");
+      "Without an X server the exit code is 2. " +
+      std::string(exit_codes_text));
   app.add_option("states", arguments.states, "State file of a run (HDF5)")->required();
   auto* out = app.add_option("--out", arguments.out, "Picture to write, .png");
   app.add_option("--increment", arguments.increment, "Number of an increment, name of a stage (its end), or \"last\"")
@@ -107,6 +110,10 @@ void run(const Arguments& arguments) {
   if (arguments.pictures.empty() && arguments.out.empty()) throw InputError("--out: a picture to write is required");
   if (arguments.pictures.empty()) check_out("--out", arguments.out);
   for (const auto& picture : arguments.pictures) check_out("--picture", std::get<3>(picture));
+  probe(arguments.states.string(), [&] {
+    const SnapshotReader states(arguments.states);
+    for (const Task& task : tasks_of(arguments, states)) (void)states.read_fibers(task.increment);
+  });
   const SnapshotReader states(arguments.states);
   const std::vector<Task> tasks = tasks_of(arguments, states);
   // VTK would end the process.
@@ -122,17 +129,11 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("A picture of the fibers of a saved state.");
-  Arguments arguments;
-  define(app, arguments);
-  try {
-    app.parse(argc, argv);
-    run(arguments);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  } catch (const InputError& error) {
-    fmt::print(stderr, "render_patch: {}\n", error.what());
-    return 2;
-  }
-  return 0;
+  return run_main("render_patch", [&]() -> int {
+    CLI::App app("A picture of the fibers of a saved state.");
+    Arguments arguments;
+    define(app, arguments);
+    if (parse_arguments(app, argc, argv)) run(arguments);
+    return exit_done;
+  });
 }

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "workflows/csv.h"
+
 namespace trame::workflows {
 
 namespace {
@@ -29,13 +31,6 @@ nlohmann::json seconds_json(const Timers& timers) {
 
 }  // namespace
 
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
-
 std::string curves_csv(const std::vector<micro::CurvePoint>& curve) {
   std::string text = "stage,stage_time,warp_strain,weft_strain,warp_force_N,weft_force_N\n";
   for (const micro::CurvePoint& point : curve)
@@ -46,7 +41,13 @@ std::string curves_csv(const std::vector<micro::CurvePoint>& curve) {
 
 std::string status_text(micro::SimulationSummary::Status status) {
   using Status = micro::SimulationSummary::Status;
-  return status == Status::done ? "done" : status == Status::interrupted ? "interrupted" : "gave_up";
+  switch (status) {
+    case Status::done: return "done";
+    case Status::interrupted: return "interrupted";
+    case Status::gave_up: return "gave_up";
+    case Status::cannot_write: return "cannot_write";
+  }
+  return "";
 }
 
 nlohmann::json summary_json(const std::string& scene, std::optional<double> alpha,

@@ -11,13 +11,10 @@
 
 namespace trame::workflows {
 
-/// A field of a CSV table by RFC 4180: quoted where it holds a comma, a quote or a line break.
-[[nodiscard]] std::string csv_field(const std::string& text);
-
 /// A line for each increment: stage, time within it (0…1), strains and forces (N) of the warp and weft sides.
 [[nodiscard]] std::string curves_csv(const std::vector<micro::CurvePoint>& curve);
 
-/// "done", "interrupted" or "gave_up".
+/// "done", "interrupted", "gave_up" or "cannot_write".
 [[nodiscard]] std::string status_text(micro::SimulationSummary::Status status);
 
 /// Sizes, work, accuracy, energies (J), wall-clock times (s) by phase and memory (bytes) of a run.

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace trame::workflows {
 
@@ -13,9 +14,17 @@ namespace trame::workflows {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "trame-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error(pattern + ": no temporary folder can be made");
-    path_ = pattern;
+    // TMPDIR may name what is not there, on a node of a cluster for example.
+    std::error_code none;
+    for (const std::filesystem::path& place :
+         {std::filesystem::temp_directory_path(none), std::filesystem::path("/tmp"), std::filesystem::path("/var/tmp"),
+          std::filesystem::path(".")}) {
+      std::string pattern = std::filesystem::absolute(place / "trame-XXXXXX", none).string();
+      if (place.empty() || mkdtemp(pattern.data()) == nullptr) continue;
+      path_ = pattern;
+      return;
+    }
+    throw std::runtime_error("no temporary folder can be made, neither in TMPDIR nor in /tmp, /var/tmp and here");
   }
   ~TemporaryFolder() {
     std::error_code ignored;

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <csignal>
 
+#include "micro/core/text.h"
+
 namespace trame::workflows {
 
 namespace {
@@ -18,13 +20,23 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it"
 void request_stop(int) {
   stop_requested = true;
   static constexpr std::string_view notice =
-      "\nStopping after this increment; everything up to it is saved. Again: stop at once.\n";
+      "\nStopping after this iteration; every increment up to here is saved. Again: stop at once.\n";
   [[maybe_unused]] const auto n = write(STDERR_FILENO, notice.data(), notice.size());
 }
 
 std::size_t screen_width(std::FILE* stream) {
   winsize size{};
   return ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 80;
+}
+
+/// Lines of text, in which names of files may steer no terminal.
+std::string shown(std::string_view text) {
+  std::string lines;
+  for (std::size_t end = text.find('\n'); end != text.npos; end = text.find('\n')) {
+    lines += printable(text.substr(0, end)) + '\n';
+    text.remove_prefix(end + 1);
+  }
+  return lines + printable(text);
 }
 
 }  // namespace
@@ -60,18 +72,22 @@ std::string progress_text(const micro::Progress& progress, double elapsed_second
 
 Terminal::Terminal(std::FILE* stream) : stream_(stream), is_screen_(isatty(fileno(stream)) != 0) {}
 
-void Terminal::line(std::string_view text) {
-  fmt::print(stream_, "{}{}\n", progress_open_ ? "\r\033[K" : "", text);
-  progress_open_ = false;
+void Terminal::print(const std::string& text) {
+  std::fputs(text.c_str(), stream_);
   std::fflush(stream_);
+  std::clearerr(stream_);
+}
+
+void Terminal::line(std::string_view text) {
+  print((progress_open_ ? "\r\033[K" : "") + shown(text) + "\n");
+  progress_open_ = false;
 }
 
 void Terminal::progress(const micro::Progress& progress) {
   const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const std::string text = progress_text(progress, elapsed);
   if (!is_screen_) return line(text);
-  fmt::print(stream_, "\r\033[K{}", text.substr(0, screen_width(stream_) - 1));
-  std::fflush(stream_);
+  print("\r\033[K" + text.substr(0, screen_width(stream_) - 1));
   progress_open_ = true;
 }
 
@@ -86,6 +102,9 @@ const std::atomic<bool>& stop_on_signals() {
   action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  // A terminal that is closed, unless nohup had it ignored.
+  struct sigaction before {};
+  if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
   return stop_requested;
 }

@@ -21,6 +21,7 @@ namespace trame::workflows {
 [[nodiscard]] std::string progress_text(const micro::Progress& progress, double elapsed_seconds);
 
 /// Lines, and a progress line that is rewritten in place on a terminal and a line for each increment anywhere else.
+/// What cannot be printed, because the log's disk is full or its reader gone, is no reason to end a run.
 class Terminal {
  public:
   explicit Terminal(std::FILE* stream);
@@ -31,14 +32,16 @@ class Terminal {
   void end_progress();
 
  private:
+  void print(const std::string& text);
+
   std::FILE* stream_;
   bool is_screen_;
   bool progress_open_ = false;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// From here on the first Ctrl-C (or SIGTERM) sets the returned flag and says so; a second one ends the process at
-/// once. Output to a reader that went away no longer ends it.
+/// From here on the first Ctrl-C (or SIGTERM, or SIGHUP where it was not ignored) sets the returned flag and says so; a
+/// second one ends the process at once. Output to a reader that went away no longer ends it.
 [[nodiscard]] const std::atomic<bool>& stop_on_signals();
 
 }  // namespace trame::workflows

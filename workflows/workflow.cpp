@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "micro/core/error.h"
+#include "micro/core/text.h"
 #include "micro/io/fibers_vtk.h"
 #include "micro/io/snapshot.h"
 #include "micro/simulate.h"
@@ -14,7 +16,9 @@
 #include "workflows/accuracy/profile.h"
 #include "workflows/command_line.h"
 #include "workflows/environment.h"
+#include "workflows/file_probe.h"
 #include "workflows/load_ratio.h"
+#include "workflows/memory.h"
 #include "workflows/report.h"
 #include "workflows/report/curves_plot.h"
 #include "workflows/scene_overview.h"
@@ -84,7 +88,8 @@ void write_summary(const OutputDirectory& out, const Task& task, const Options& 
   json["settings"] = nlohmann::json::object();
   for (const Setting& setting : task.settings) json["settings"][setting.knob] = setting.value;
   json.update(derived);
-  write_whole_file(out.summary(), json.dump(2) + "\n");
+  // Text that came with files need not be UTF-8.
+  write_whole_file(out.summary(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
 void write_fibers(const OutputDirectory& out, Timers& timers) {
@@ -96,6 +101,7 @@ void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
   using Status = micro::SimulationSummary::Status;
   if (summary.status == Status::interrupted)
     terminal.line("Interrupted: everything up to the last increment is saved.");
+  if (summary.status == Status::cannot_write) terminal.line(fmt::format("Ended early: {}.", summary.message));
   if (summary.status == Status::gave_up)
     terminal.line(fmt::format("The solver gave up: {}\nThe last good state is saved.", summary.message));
   for (const std::string& warning : summary.warnings) terminal.line("Warning: " + warning + ".");
@@ -137,6 +143,8 @@ micro::SimulateOptions start_of(const micro::Scene& scene, const Options& option
   if (std::filesystem::equivalent(run.start_from, folder / "states.h5", none))
     throw InputError(
         fmt::format("--start-from {}: the results would be written over it; choose another --out", options.start_from));
+  if (run.start_from.empty()) return run;
+  probe(options.start_from, [&] { micro::check_start(scene, run); });
   micro::check_start(scene, run);
   return run;
 }
@@ -151,7 +159,56 @@ nlohmann::json error_estimate(const OutputDirectory& out, const Task& task, cons
   return error_estimate_json(estimate, is_known ? &*task.profile : nullptr, is_known ? &*task.known_run : nullptr);
 }
 
+/// The results that follow from the states. One that fails, for want of room or of a program, does not take the others
+/// along: it is told in summary.json, and at the end.
+class Outputs {
+ public:
+  explicit Outputs(Terminal& terminal) : terminal_(terminal) {}
+
+  void make(const std::string& what, const std::function<void()>& make_it) {
+    try {
+      make_it();
+    } catch (const std::exception& error) {
+      failures_.push_back(fmt::format("{}: {}", what, error.what()));
+      terminal_.line("Not written: " + printable(failures_.back()));
+    }
+  }
+  [[nodiscard]] const std::vector<std::string>& failures() const { return failures_; }
+
+ private:
+  Terminal& terminal_;
+  std::vector<std::string> failures_;
+};
+
+void write_results(const Task& task, const Options& options, const Program& program, const OutputDirectory& out,
+                   const std::vector<EnergyPoint>& energies, micro::SimulationSummary& summary, Outputs& outputs,
+                   Terminal& terminal) {
+  nlohmann::json derived = nlohmann::json::object();
+  const auto make_summary = [&] {
+    derived["failed_outputs"] = outputs.failures();
+    outputs.make("summary.json", [&] { write_summary(out, task, options, summary, derived); });
+  };
+  outputs.make("error estimate", [&] { derived["error_estimate"] = error_estimate(out, task, energies, summary); });
+  make_summary();  // what comes now may take long
+  outputs.make("curves", [&] { write_curves(out, task.scene, summary, terminal); });
+  outputs.make("vtk/fibers.pvd", [&] { write_fibers(out, summary.timers); });
+  const bool is_wanted_now = summary.status == micro::SimulationSummary::Status::interrupted;
+  if (program.from_states && is_wanted_now)
+    terminal.line(
+        fmt::format("Without strains of yarns and report: strain_post {} makes them.", out.states().string()));
+  if (program.from_states && !is_wanted_now)
+    outputs.make("strains of yarns",
+                 [&] { derived.update(program.from_states(out, summary.n_threads, summary.timers, terminal)); });
+  make_summary();
+  if (program.from_results && !is_wanted_now) {
+    const std::size_t n_failures = outputs.failures().size();
+    outputs.make("report.html", [&] { program.from_results(out, terminal); });
+    if (outputs.failures().size() > n_failures) make_summary();
+  }
+}
+
 int run_scene(const Task& task, const Options& options, const Program& program, Terminal& terminal) {
+  using Status = micro::SimulationSummary::Status;
   const micro::Scene& scene = task.scene;
   const std::filesystem::path folder = options.out.value_or(default_output(scene.name, options.alpha));
   const micro::SimulateOptions start = start_of(scene, options, folder);
@@ -159,15 +216,11 @@ int run_scene(const Task& task, const Options& options, const Program& program, 
   std::vector<EnergyPoint> energies;
   micro::SimulationSummary summary = simulate(scene, options, start, out, terminal, energies);
   tell_outcome(terminal, summary);
-  nlohmann::json derived = {{"error_estimate", error_estimate(out, task, energies, summary)}};
-  write_summary(out, task, options, summary, derived);  // stays if something below fails
-  write_curves(out, scene, summary, terminal);
-  write_fibers(out, summary.timers);
-  if (program.from_states) derived.update(program.from_states(out, summary.n_threads, summary.timers, terminal));
-  write_summary(out, task, options, summary, derived);
-  if (program.from_results) program.from_results(out, terminal);
+  Outputs outputs(terminal);
+  write_results(task, options, program, out, energies, summary, outputs, terminal);
   tell_results(terminal, out, summary.timers.total());
-  return summary.status == micro::SimulationSummary::Status::gave_up ? exit_gave_up : exit_done;
+  const bool reached_its_end = summary.status == Status::done || summary.status == Status::interrupted;
+  return reached_its_end && outputs.failures().empty() ? exit_done : exit_ended_early;
 }
 
 int run_command_line(const Program& program, int argc, char** argv) {
@@ -180,6 +233,8 @@ int run_command_line(const Program& program, int argc, char** argv) {
   }
   const Task task = load_task(*options);
   const micro::Scene& scene = task.scene;
+  check_memory(scene, available_memory());
+  take_blas_buffers(options->n_threads);
   const micro::ModelSize size = micro::model_size(scene);
   terminal.line(fmt::format("{}: {}", scene.name, scene.title));
   const micro::CostEstimate cost = micro::estimate_cost(scene);
@@ -193,19 +248,10 @@ int run_command_line(const Program& program, int argc, char** argv) {
 }  // namespace
 
 int run_program(const Program& program, int argc, char** argv) {
-  const auto fail = [&](const char* kind, const std::exception& error, int code) {
-    std::fflush(stdout);
-    fmt::print(stderr, "{}: {}{}\n", program.name, kind, error.what());
-    return code;
-  };
-  choose_blas_kernel(argv);
-  try {
+  return run_main(program.name, [&] {
+    choose_blas_kernel(argv);
     return run_command_line(program, argc, argv);
-  } catch (const InputError& error) {
-    return fail("", error, exit_bad_input);
-  } catch (const std::exception& error) {
-    return fail("unexpected failure: ", error, exit_unexpected);
-  }
+  });
 }
 
 }  // namespace trame::workflows

@@ -8,11 +8,10 @@
 
 #include "micro/core/timers.h"
 #include "workflows/output_directory.h"
+#include "workflows/run_main.h"
 #include "workflows/terminal.h"
 
 namespace trame::workflows {
-
-enum ExitCode { exit_done = 0, exit_unexpected = 1, exit_bad_input = 2, exit_gave_up = 3 };
 
 /// Results that a program derives from the saved states, after the simulation and the fibers' VTK files. What it
 /// returns, an object, is merged into summary.json.

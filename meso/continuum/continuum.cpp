@@ -139,6 +139,7 @@ std::string_view text(ContinuumVerdict verdict) {
     case ContinuumVerdict::holds_on_average: return "holds on average, not fiber by fiber";
     case ContinuumVerdict::does_not_hold: return "does not hold";
     case ContinuumVerdict::too_few_fibers: return "too few fibers to say";
+    case ContinuumVerdict::nothing_to_judge: return "nothing to judge";
   }
   return "";
 }
@@ -187,6 +188,7 @@ double mesh_difference(const FiberMesh& fibers, const YarnMesh& mesh_1, const St
 
 ContinuumVerdict verdict(const YarnContinuum& row) {
   if (row.n_nodes == 0) return ContinuumVerdict::too_few_fibers;
+  if (row.mesh_status != MeshStatus::ok) return ContinuumVerdict::nothing_to_judge;
   if (excesses(row, fiber_by_fiber).empty()) return ContinuumVerdict::holds;
   return excesses(row, on_average).empty() ? ContinuumVerdict::holds_on_average : ContinuumVerdict::does_not_hold;
 }
@@ -194,6 +196,8 @@ ContinuumVerdict verdict(const YarnContinuum& row) {
 std::string explanation(const YarnContinuum& row) {
   std::string words(text(row.verdict));
   if (row.verdict == ContinuumVerdict::too_few_fibers) return words;
+  if (row.verdict == ContinuumVerdict::nothing_to_judge)
+    return fmt::format("{}: no mesh, because {}", words, text(row.mesh_status));
   const bool fails = row.verdict == ContinuumVerdict::does_not_hold;
   const char* before = ": ";
   for (const std::string& excess : excesses(row, fails ? on_average : fiber_by_fiber)) {

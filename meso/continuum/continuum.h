@@ -45,7 +45,7 @@ inline constexpr ContinuumLimits on_average{.non_affine_95 = 1.0,
                                             .flagged = 0.1,
                                             .mesh_difference = 0.25};
 
-enum class ContinuumVerdict : std::uint8_t { holds, holds_on_average, does_not_hold, too_few_fibers };
+enum class ContinuumVerdict : std::uint8_t { holds, holds_on_average, does_not_hold, too_few_fibers, nothing_to_judge };
 
 [[nodiscard]] std::string_view text(ContinuumVerdict verdict);
 
@@ -77,7 +77,8 @@ struct YarnContinuum {
 [[nodiscard]] double mesh_difference(const micro::FiberMesh& fibers, const YarnMesh& mesh_1, const StrainField& field_1,
                                      const YarnMesh& mesh_2, const StrainField& field_2, Index n_slabs);
 
-/// The stronger of the two statements whose limits a row keeps. What is NaN is not held against it.
+/// The stronger of the two statements whose limits a row keeps. What is NaN is not held against it, but without a mesh
+/// there is nothing to judge.
 [[nodiscard]] ContinuumVerdict verdict(const YarnContinuum& row);
 
 /// The verdict in plain words, with the measures that keep it from being stronger and their limits.

@@ -7,8 +7,11 @@
 #include <cassert>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "micro/core/error.h"
 
@@ -69,23 +72,50 @@ bool has_number(std::string_view unit) {
   return false;
 }
 
+/// The text with plain characters for those that word processors and web pages put instead: spaces that do not break or
+/// are thin, the minus sign.
+std::string with_plain_signs(std::string_view text) {
+  constexpr std::pair<std::string_view, char> signs[] = {
+      {"\u00a0", ' '}, {"\u2009", ' '}, {"\u202f", ' '}, {"\u2212", '-'}};
+  std::string plain;
+  while (!text.empty()) {
+    const auto sign =
+        std::find_if(std::begin(signs), std::end(signs), [&](const auto& s) { return text.starts_with(s.first); });
+    const bool found = sign != std::end(signs);
+    plain += found ? sign->second : text.front();
+    text.remove_prefix(found ? sign->first.size() : 1);
+  }
+  return plain;
+}
+
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view blank = " \t";
   const auto first = text.find_first_not_of(blank);
   return first == text.npos ? std::string_view() : text.substr(first, text.find_last_not_of(blank) - first + 1);
 }
 
-}  // namespace
-
-double parse_quantity(std::string_view text, std::string_view si_unit) {
-  const std::string_view all = trimmed(text);
+/// A number of the start of `text`, and what follows it.
+std::pair<double, std::string_view> split_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   double value = 0;
-  const auto [rest, status] = std::from_chars(all.data(), all.data() + all.size(), value);
+  const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status == std::errc::result_out_of_range && std::abs(std::strtod(std::string(text).c_str(), nullptr)) < 1)
+    throw InputError("the number is nearer to 0 than a number can be; write 0");
   if (status == std::errc::result_out_of_range || (status == std::errc() && !std::isfinite(value)))
     throw InputError("the number is not finite");
   if (status != std::errc()) throw InputError("does not start with a number");
+  const std::string_view unit(rest, static_cast<std::size_t>(text.data() + text.size() - rest));
+  if (unit.size() > 1 && unit[0] == ',' && unit[1] >= '0' && unit[1] <= '9')
+    throw InputError("a number has a point, not a comma");
+  return {value, unit};
+}
 
-  const std::string unit_text(trimmed(all.substr(rest - all.data())));
+}  // namespace
+
+double parse_quantity(std::string_view text, std::string_view si_unit) {
+  const std::string plain = with_plain_signs(text);
+  const auto [value, after] = split_number(trimmed(plain));
+  const std::string unit_text(trimmed(after));
   if (unit_text.empty()) throw InputError("the unit is missing");
   const Unit expected = parse_unit(std::string(si_unit));
   assert(expected && "si_unit must be known to UDUNITS");

@@ -15,16 +15,33 @@
 #include <vector>
 
 #include "micro/core/error.h"
+#include "micro/core/text.h"
 #include "micro/core/types.h"
 
 namespace trame::micro::hdf5 {
 
 using Dims = std::vector<hsize_t>;
 
+/// What holds for the library in all our programs, before anything is done with it.
+inline void prepare_library() {
+  static const bool done = [] {
+    // Closing what it could not read or write of a file, the library would print a page about itself at the end, or
+    // crash: what is open is closed by its owners.
+    H5dont_atexit();
+    H5open();
+    // A file from elsewhere must not make us open others, which may be pipes that never end: links out of a file are
+    // links of an unknown kind.
+    H5Lunregister(H5L_TYPE_EXTERNAL);
+    return true;
+  }();
+  (void)done;
+}
+
 /// Keeps the library from printing its error stack while alive: failures are reported by exceptions.
 class Quiet {
  public:
   Quiet() {
+    prepare_library();
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   }
@@ -51,6 +68,8 @@ class Handle {
   }
   operator hid_t() const { return id_; }
   [[nodiscard]] bool valid() const { return id_ >= 0; }
+  /// Gives the identifier up without closing it: of a file that could not be written, closing tries again and fails.
+  void abandon() { id_ = H5I_INVALID_HID; }
 
  private:
   void close() {
@@ -165,6 +184,66 @@ inline bool can_be_stored(hid_t dataset, double n) {
   return H5Fget_filesize(file, &size) >= 0 && n * double(H5Tget_size(type)) <= 1100.0 * double(size);
 }
 
+/// Properties to open a file with. Locks of the library's own are off: file systems that have none (NFS, Lustre) would
+/// refuse every file, and who writes where is for `FolderLock` to say.
+inline Handle file_access() {
+  Handle properties(H5Pcreate(H5P_FILE_ACCESS));
+  H5Pset_file_locking(properties, false, true);
+  return properties;
+}
+
+/// Whether the way to an object leads out of its file.
+inline bool leads_outside(hid_t file, const std::string& path) {
+  for (std::size_t slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
+    H5L_info_t link{};
+    const std::string part = path.substr(0, slash);
+    if (H5Lexists(file, part.c_str(), H5P_DEFAULT) <= 0 || H5Lget_info(file, part.c_str(), &link, H5P_DEFAULT) < 0)
+      return false;
+    if (link.type != H5L_TYPE_HARD && link.type != H5L_TYPE_SOFT) return true;
+    if (slash == std::string::npos) return false;
+  }
+}
+
+/// What people call a filter. Numbers are those registered with the HDF Group; files do not always hold the name.
+inline std::string name_of_filter(H5Z_filter_t filter, const std::string& stored) {
+  constexpr std::pair<H5Z_filter_t, const char*> known[] = {{4, "szip"},     {32000, "lzf"},        {32001, "blosc"},
+                                                            {32004, "lz4"},  {32008, "bitshuffle"}, {32013, "zfp"},
+                                                            {32015, "zstd"}, {32026, "blosc2"}};
+  for (const auto& [number, name] : known)
+    if (number == filter) return name;
+  return fmt::format("filter {} ({})", filter, stored.empty() ? "without a name" : printable(stored));
+}
+
+/// What speaks against the data of a dataset, before anything of them is read; empty where nothing does. Data that are
+/// kept in other files could be any file of the machine.
+inline std::string foreign_data(hid_t dataset) {
+  const Handle creation(H5Dget_create_plist(dataset));
+  if (!creation.valid()) return "is damaged";
+  if (H5Pget_external_count(creation) != 0) return "keeps its data in another file, which is not followed";
+  if (H5Pget_layout(creation) == H5D_VIRTUAL) return "is put together from other files, which is not followed";
+  for (int i = 0; i < H5Pget_nfilters(creation); ++i) {
+    unsigned flags = 0, config = 0;
+    std::size_t n_values = 0;
+    char name[64] = {};
+    const H5Z_filter_t filter =
+        H5Pget_filter2(creation, unsigned(i), &flags, &n_values, nullptr, sizeof name, name, &config);
+    if (filter > 0 && H5Zfilter_avail(filter) <= 0)
+      return fmt::format("is compressed with {}, which cannot be read here; gzip can", name_of_filter(filter, name));
+  }
+  return {};
+}
+
+/// Opens a dataset whose data are in its own file. Otherwise the handle is not valid, and `why` tells of it.
+inline Handle open_dataset(hid_t file, const std::string& path, std::string& why) {
+  if (leads_outside(file, path)) {
+    why = "is a link to another file, which is not followed";
+    return Handle();
+  }
+  Handle set(H5Dopen2(file, path.c_str(), H5P_DEFAULT));
+  why = set.valid() ? foreign_data(set) : "is missing";
+  return why.empty() ? std::move(set) : Handle();
+}
+
 inline std::string text(const Dims& dims) { return fmt::format("({})", fmt::join(dims, " x ")); }
 
 /// Selection of `count` entries from `start` in a dataset.
@@ -180,6 +259,9 @@ struct StateFile {
   Handle file;
 
   [[noreturn]] void fail(const std::string& what) const { throw InputError(fmt::format("{}: {}", name, what)); }
+  [[noreturn]] void fail_to_write(const std::string& what) const {
+    throw WriteError(fmt::format("{}: {}; is the disk full?", name, what));
+  }
   void require(bool ok, const std::string& what) const {
     if (!ok) fail(what);
   }

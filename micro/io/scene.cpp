@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <iterator>
+#include <limits>
 #include <set>
 #include <string_view>
 
 #include "micro/core/error.h"
+#include "micro/core/text.h"
 #include "micro/io/scene_stages.h"
 #include "micro/io/scene_tables.h"
 #include "micro/io/scene_weave.h"
@@ -17,6 +18,9 @@
 namespace trame::micro {
 
 namespace {
+
+/// More is no scene, and reading it would take hundreds of times as much memory.
+constexpr std::size_t max_scene_bytes = 16'000'000;
 
 const Names tables = {"material", "fiber_type", "fiber",   "bundle",  "weave",
                       "body",     "stage",      "effects", "contact", "solver"};
@@ -47,14 +51,14 @@ Material read_material(const SceneValue& table) {
     read_table(table, transversely_isotropic_keys(), {"model"}, material);
     check_stability(table, material);
   }
-  material.name = table.own_name();
+  material.name = table.table_name();
   return material;
 }
 
 FiberType read_fiber_type(const SceneValue& table, const Names& materials) {
   FiberTypeInput input;
   read_table(table, fiber_type_keys(materials), {}, input);
-  input.type.name = table.own_name();
+  input.type.name = table.table_name();
   input.type.radius = input.diameter / 2;
   return input.type;
 }
@@ -189,6 +193,101 @@ void check_size(const SceneValue& root, const Scene& scene) {
   if (n_nodes > most_nodes) root.fail(fmt::format("{:.0f} nodes; must be at most {:.0f}", n_nodes, most_nodes));
 }
 
+/// Lengths of a scene against the radius of its thinnest fiber, moduli and forces against each other: what double
+/// precision can bear at once.
+class Proportions {
+ public:
+  Proportions(const SceneValue& root, const Scene& scene) : root_(root) {
+    for (const Index type : fiber_types_in_use(scene)) {
+      const FiberType& t = scene.fiber_types[type];
+      const Material& m = scene.materials[t.material];
+      radius_ = {std::min(radius_.smallest, t.radius), std::max(radius_.largest, t.radius)};
+      for (const double e : {m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial})
+        modulus_ = {std::min(modulus_.smallest, e), std::max(modulus_.largest, e)};
+    }
+  }
+
+  void check() const {
+    check_types();
+    for (const char* list : {"fiber", "bundle"})
+      if (const auto tables = root_.find(list))
+        for (const SceneValue& table : tables->tables()) check_line(table);
+    if (const auto weave = root_.find("weave"))
+      for (const char* family : {"warp", "weft"})
+        for (const char* key : {"yarn_spacing", "margin"})
+          check_length(*weave->find(family)->find(key), weave->find(family)->find(key)->quantity(length, any()));
+    if (const auto bodies = root_.find("body"))
+      for (const SceneValue& table : bodies->tables())
+        if (const auto position = table.find("position")) check_length(*position, largest(position->vector(length)));
+    if (const auto stages = root_.find("stage"))
+      for (const SceneValue& table : stages->tables())
+        if (const auto drives = table.find("drive"))
+          for (const SceneValue& drive : drives->tables()) check_drive(drive);
+  }
+
+ private:
+  struct Extremes {
+    double smallest = std::numeric_limits<double>::infinity(), largest = 0;
+    [[nodiscard]] double ratio() const { return largest / smallest; }
+  };
+  static constexpr double most_radii = 1e8, least_radii = 1e-5, most_radius_ratio = 1e4, most_modulus_ratio = 1e6,
+                          most_loads = 1e6;
+
+  static double largest(const Vec3& v) { return v.cwiseAbs().maxCoeff(); }
+
+  void check_types() const {
+    if (radius_.ratio() > most_radius_ratio)
+      root_.find("fiber_type")
+          ->fail(fmt::format("diameters from {:g} m to {:g} m; must be within a factor of {:g}", 2 * radius_.smallest,
+                             2 * radius_.largest, most_radius_ratio));
+    if (modulus_.ratio() > most_modulus_ratio)
+      root_.find("material")
+          ->fail(fmt::format("moduli from {:g} Pa to {:g} Pa; those of fibers must be within a factor of {:g}",
+                             modulus_.smallest, modulus_.largest, most_modulus_ratio));
+  }
+  void check_length(const SceneValue& value, double size) const {
+    if (std::abs(size) > most_radii * radius_.smallest)
+      value.fail(fmt::format("must be at most {:g} m, {:g} radii of the thinnest fiber", most_radii * radius_.smallest,
+                             most_radii));
+  }
+  void check_line(const SceneValue& table) const {
+    const SceneValue points = *table.find("points");
+    double along = 0;
+    std::optional<Vec3> last;
+    for (const SceneValue& entry : points.items("")) {
+      const Vec3 point = entry.vector(length);
+      check_length(points, largest(point));
+      if (last) along += (point - *last).norm();
+      last = point;
+    }
+    const SceneValue elements = *table.find("elements");
+    const double of_an_element = along / elements.integer(any());
+    if (of_an_element < least_radii * radius_.smallest)
+      elements.fail(fmt::format("elements of {:g} m; must be at least {:g} m, {:g} radii", of_an_element,
+                                least_radii * radius_.smallest, least_radii));
+  }
+  void check_drive(const SceneValue& drive) const {
+    const auto is_text = [](const SceneValue& dof) { return dof.text().starts_with('r'); };
+    const auto dof = drive.find("dof");
+    const std::vector<SceneValue> dofs = dof->is_list() ? dof->items("") : std::vector<SceneValue>{*dof};
+    const bool turns = std::any_of(dofs.begin(), dofs.end(), is_text);
+    if (const auto displacement = drive.find("displacement"); displacement && !turns)
+      check_length(*displacement, displacement->quantity(length, any()));
+    const double most_force = most_loads * modulus_.largest * radius_.largest * radius_.largest;
+    if (const auto pull = drive.find("force"); pull && !turns && std::abs(pull->quantity(force, any())) > most_force)
+      pull->fail(fmt::format("must be at most {:g} N, {:g} E R² of the stiffest fiber", most_force, most_loads));
+    const double most_moment = most_loads * modulus_.largest * std::pow(radius_.largest, 3);
+    if (const auto turn = drive.find("force"); turn && turns && std::abs(turn->quantity(moment, any())) > most_moment)
+      turn->fail(fmt::format("must be at most {:g} N m, {:g} E R³ of the stiffest fiber", most_moment, most_loads));
+    constexpr double most_strain = 1e3;
+    if (const auto strain = drive.find("strain"); strain && std::abs(strain->quantity(ratio, any())) > most_strain)
+      strain->fail(fmt::format("must be at most {:g}", most_strain));
+  }
+
+  const SceneValue& root_;
+  Extremes radius_, modulus_;
+};
+
 Scene read_root(const SceneValue& root) {
   Scene scene;
   read_table(root, scene_keys(), tables, scene);
@@ -204,6 +303,7 @@ Scene read_root(const SceneValue& root) {
   check_friction(root, scene);
   check_enriched_only(root, scene);
   if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);
+  Proportions(root, scene).check();
   return scene;
 }
 
@@ -217,24 +317,73 @@ std::vector<Index> fiber_types_in_use(const Scene& scene) {
   return {types.begin(), types.end()};
 }
 
-Scene parse_scene(const std::string& toml, const std::string& origin) {
-  toml::table root;
-  try {
-    root = toml::parse(toml, origin);
-  } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}: line {}: {}", origin, error.source().begin.line, error.description()));
+namespace {
+
+/// A key of tens of thousands of parts would make tables within tables until the stack is full.
+void check_key_depth(const std::string& toml, const std::string& origin) {
+  constexpr int most_parts = 16;  // ours have 3
+  constexpr std::string_view key_ends = "\n=,{}[]";
+  int n_dots = 0;
+  std::size_t line = 1;
+  for (std::size_t i = 0; i < toml.size(); ++i) {
+    const char c = toml[i];
+    if (c == '#') {
+      i = std::min(toml.find('\n', i), toml.size()) - 1;
+    } else if (c == '"' || c == '\'') {
+      const std::string quotes = toml.compare(i, 3, std::string(3, c)) == 0 ? std::string(3, c) : std::string(1, c);
+      std::size_t end = i + quotes.size();
+      while (end < toml.size() && toml.compare(end, quotes.size(), quotes) != 0 &&
+             (quotes.size() == 3 || toml[end] != '\n'))
+        end += c == '"' && toml[end] == '\\' ? 2 : 1;
+      line += static_cast<std::size_t>(
+          std::count(toml.begin() + static_cast<std::ptrdiff_t>(i),
+                     toml.begin() + static_cast<std::ptrdiff_t>(std::min(end, toml.size())), '\n'));
+      i = toml.compare(end < toml.size() ? end : toml.size(), quotes.size(), quotes) == 0 ? end + quotes.size() - 1
+                                                                                          : end - 1;
+    } else if (c == '.') {
+      if (++n_dots >= most_parts)
+        throw InputError(fmt::format("{}: line {}: a key of more than {} parts; those of a scene have at most 3",
+                                     origin, line, most_parts));
+    } else if (key_ends.find(c) != key_ends.npos) {
+      n_dots = 0;
+      line += c == '\n' ? 1 : 0;
+    }
   }
-  Scene scene = read_root(SceneValue(root, origin));
-  scene.name = std::filesystem::path(origin).stem().string();
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& toml, const std::string& origin) {
+  if (toml.size() > max_scene_bytes)
+    throw InputError(fmt::format("{}: {} bytes; a scene has at most {}", origin, toml.size(), max_scene_bytes));
+  check_key_depth(toml, origin);
+  toml::table table;
+  try {
+    table = toml::parse(toml, origin);
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}: line {}: {}", origin, error.source().begin.line, printable(error.description())));
+  }
+  const SceneValue root(table, origin);
+  Scene scene;
+  try {
+    scene = read_root(root);
+  } catch (const InputError& error) {
+    root.fail_for_noted(error.what());
+  }
+  root.fail_for_noted();
+  scene.name = made_name(std::filesystem::path(origin).stem().string());
   scene.text = toml;
   return scene;
 }
 
 Scene read_scene(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file))
+    throw InputError(fmt::format("{}: is a folder; must be a scene in TOML", file.string()));
   std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file))
-    throw InputError(fmt::format("{}: cannot be read; must be a scene in TOML", file.string()));
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) throw InputError(fmt::format("{}: cannot be read; must be a scene in TOML", file.string()));
+  std::string text(max_scene_bytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
   return parse_scene(text, file.filename().string());
 }
 

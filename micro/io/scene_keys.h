@@ -108,7 +108,9 @@ template <class V>
   const auto read = [=](const SceneValue& value) {
     const std::string pattern = value.text();
     if (std::none_of(names.begin(), names.end(), [&](const auto& name) { return matches(pattern, name); }))
-      value.fail(fmt::format("must fit the name of {}{}", what, suggestion(pattern, names)));
+      value.fail(names.empty() ? fmt::format("must fit the name of {}, but the scene has none", what)
+                               : fmt::format("must fit the name of {}{}{} {}", what, suggestion(pattern, names),
+                                             nearest_name(pattern, names) ? " There are" : ":", allowed_names(names)));
     return pattern;
   };
   return {fmt::format("the name of {}, with * for any characters and ? for one", what), read,
@@ -153,7 +155,7 @@ template <class T, class V, class Field>
 }
 
 /// Reads a table by its keys into a T. `also` are keys of the table that others read.
-/// Fails for keys that are unknown or missing.
+/// Fails for keys that are missing, and notes those that are unknown.
 template <class T>
 void read_table(const SceneValue& table, const std::vector<Key<T>>& keys, const std::vector<std::string>& also,
                 T& target) {
@@ -161,7 +163,7 @@ void read_table(const SceneValue& table, const std::vector<Key<T>>& keys, const 
   for (const Key<T>& key : keys) known.push_back(key.name);
   for (const SceneValue& child : table.children())
     if (std::find(known.begin(), known.end(), child.own_name()) == known.end())
-      child.fail(
+      child.note(
           fmt::format("unknown key{}; must be one of {}", suggestion(child.own_name(), known), allowed_names(known)));
   for (const Key<T>& key : keys) {
     if (const auto value = table.find(key.name))

@@ -77,7 +77,7 @@ std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types) {
           key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in the bundle").needed(),
           key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the height, at most all")
               .otherwise("default: as round as it gets"),
-          key<T>("lattice_spacing", &T::lattice_spacing, number(at_least(1)), "distance of fiber axes, in diameters"),
+          key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters"),
           key<T>("twist", &T::twist, number(any()), "turns over the length, free of stress")};
 }
 
@@ -108,7 +108,7 @@ std::vector<Key<YarnSystem>> yarn_keys(const Names& fiber_types) {
           .needed(),
       key<T>("margin", &T::margin, quantity(length, above(0)), "yarn length beyond the outermost crossing yarn's axis")
           .needed(),
-      key<T>("lattice_spacing", &T::lattice_spacing, number(at_least(1)), "distance of fiber axes, in diameters")};
+      key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters")};
 }
 
 std::vector<Key<BodySpec>> body_keys() {

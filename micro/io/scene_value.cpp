@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <numeric>
 #include <sstream>
@@ -10,6 +11,7 @@
 
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
+#include "micro/core/text.h"
 
 namespace trame::micro {
 
@@ -26,6 +28,14 @@ std::string Range::text() const {
 }
 
 namespace {
+
+/// Enough of a text to know it by.
+std::string shortened(std::string text) {
+  std::size_t longest = 80;
+  if (text.size() <= longest) return text;
+  while ((text[longest] & 0xC0) == 0x80) --longest;  // not in the middle of a UTF-8 character
+  return text.substr(0, longest) + " ...";
+}
 
 /// "a length" and "greater than 0", "an integer" and "of at least 1".
 std::string with_range(std::string_view noun, const Range& range) {
@@ -92,15 +102,26 @@ std::string suggestion(const std::string& name, const std::vector<std::string>& 
   return nearest ? fmt::format("; did you mean \"{}\"?", *nearest) : "";
 }
 
+namespace {
+
+/// A key as TOML writes it: bare, or in quotes.
+std::string written_key(std::string_view key) {
+  constexpr std::string_view bare = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  if (!key.empty() && key.find_first_not_of(bare) == key.npos) return std::string(key);
+  return fmt::format("\"{}\"", shortened(printable(key)));
+}
+
+}  // namespace
+
 std::string SceneValue::path_to(std::string_view child) const {
-  return key_.empty() ? std::string(child) : fmt::format("{}.{}", key_, child);
+  return key_.empty() ? written_key(child) : fmt::format("{}.{}", key_, written_key(child));
 }
 
 namespace {
 
 /// A value as a user would write it. TOML++ itself prints 0.3 with 17 digits.
 std::string written(const toml::node& node) {
-  if (const auto* text = node.as_string()) return fmt::format("\"{}\"", text->get());
+  if (const auto* text = node.as_string()) return fmt::format("\"{}\"", printable(text->get()));
   if (const auto* number = node.as_floating_point()) {
     const std::string digits = fmt::format("{}", number->get());
     return digits.find_first_not_of("-0123456789") == digits.npos ? digits + ".0" : digits;
@@ -114,20 +135,35 @@ std::string written(const toml::node& node) {
   return stream.str();
 }
 
+bool is_plain_number(const std::string& text) {
+  double value = 0;
+  const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return status == std::errc() && rest == text.data() + text.size();
+}
+
 }  // namespace
 
 std::string SceneValue::shown() const {
   if (node_->is_table() || node_->is_array_of_tables()) return "";
-  const std::string text = written(*node_);
-  std::size_t longest = 80;
-  if (text.size() <= longest) return " = " + text;
-  while ((text[longest] & 0xC0) == 0x80) --longest;  // not in the middle of a UTF-8 character
-  return " = " + text.substr(0, longest) + " ...";
+  return " = " + shortened(written(*node_));
 }
 
+std::string SceneValue::where() const { return key_.empty() ? "scene" : key_ + shown(); }
+
 void SceneValue::fail(std::string_view complaint) const {
-  const std::string where = key_.empty() ? "scene" : key_ + shown();
-  throw InputError(fmt::format("{}: {}: {} (line {})", file_, where, complaint, node_->source().begin.line));
+  throw InputError(fmt::format("{}: {}: {} (line {})", file_, where(), complaint, node_->source().begin.line));
+}
+
+void SceneValue::note(const std::string& complaint) const {
+  const std::size_t line = node_->source().begin.line;
+  noted_->emplace(line, fmt::format("{}: {}: {} (line {})", file_, where(), complaint, line));
+}
+
+void SceneValue::fail_for_noted(const std::string& also) const {
+  std::string text;
+  for (const auto& [line, complaint] : *noted_) text += (text.empty() ? "" : "\n") + complaint;
+  if (!also.empty()) text += (text.empty() ? "" : "\n") + also;
+  if (!text.empty()) throw InputError(text);
 }
 
 void SceneValue::fail_missing(std::string_view child, std::string_view allowed) const {
@@ -139,6 +175,8 @@ double SceneValue::quantity(const Measure& measure, const Range& range) const {
   const std::string must_be = "must be " + allowed_quantity(measure, range);
   double value = 0;
   if (const auto* text = node_->as_string()) {
+    if (measure.noun == plain_number.noun && is_plain_number(text->get()))
+      fail(fmt::format("must be a plain number, not a text: without quotes; {}", must_be));
     try {
       value = parse_quantity(text->get(), measure.si_unit);
     } catch (const InputError& error) {
@@ -150,7 +188,16 @@ double SceneValue::quantity(const Measure& measure, const Range& range) const {
     fail(must_be);
   }
   if (!range.contains(value)) fail(must_be);
+  check_magnitude(value, measure, range);
   return value;
+}
+
+void SceneValue::check_magnitude(double value, const Measure& measure, const Range& range) const {
+  const std::string unit = measure.example.empty() ? "" : fmt::format(" {}", measure.si_unit);
+  if (std::abs(value) > measure.largest) fail(fmt::format("must be at most {:g}{}", measure.largest, unit));
+  const bool is_positive = range.low && *range.low == 0 && value > 0;
+  if (is_positive && value < measure.smallest)
+    fail(fmt::format("must be at least {:g}{}{}", measure.smallest, unit, range.low_open ? "" : ", or 0"));
 }
 
 Index SceneValue::integer(const Range& range) const {
@@ -167,13 +214,28 @@ bool SceneValue::boolean() const {
 
 std::string SceneValue::text() const {
   if (!node_->is_string() || node_->as_string()->get().empty()) fail("must be a text in quotes");
-  return node_->as_string()->get();
+  const std::string& text = node_->as_string()->get();
+  if (!is_plain(text)) fail("must be a text of one line without control characters");
+  if (text.size() > max_text_bytes) fail(fmt::format("must be a text of at most {} bytes", max_text_bytes));
+  return text;
 }
 
 std::string SceneValue::name() const {
   const std::string name = text();
   if (name.find_first_of("*?") != name.npos) fail("must be a name without the wildcards * and ?");
+  check_name_length(name);
   return name;
+}
+
+std::string SceneValue::table_name() const {
+  if (own_name_.empty()) fail("must have a name that is not empty");
+  if (!is_plain(own_name_)) fail("must have a name of one line without control characters");
+  check_name_length(own_name_);
+  return own_name_;
+}
+
+void SceneValue::check_name_length(const std::string& name) const {
+  if (name.size() > max_name_bytes) fail(fmt::format("must be a name of at most {} bytes", max_name_bytes));
 }
 
 Vec3 SceneValue::vector(const Measure& measure) const {
@@ -199,7 +261,7 @@ std::vector<SceneValue> SceneValue::items(std::string_view allowed) const {
   if (!array || array->empty()) fail(fmt::format("must be {}", allowed));
   std::vector<SceneValue> values;
   for (std::size_t i = 0; i < array->size(); ++i)
-    values.push_back(SceneValue(*array->get(i), file_, fmt::format("{}[{}]", key_, i + 1), own_name_));
+    values.push_back(SceneValue(*array->get(i), *this, fmt::format("{}[{}]", key_, i + 1), own_name_));
   return values;
 }
 
@@ -218,7 +280,7 @@ std::vector<SceneValue> SceneValue::children() const {
   must_be_table();
   std::vector<SceneValue> values;
   for (const auto& [name, node] : *node_->as_table())
-    values.push_back(SceneValue(node, file_, path_to(name.str()), std::string(name.str())));
+    values.push_back(SceneValue(node, *this, path_to(name.str()), std::string(name.str())));
   return values;
 }
 
@@ -226,7 +288,7 @@ std::optional<SceneValue> SceneValue::find(std::string_view child) const {
   must_be_table();
   const toml::node* node = node_->as_table()->get(child);
   if (!node) return std::nullopt;
-  return SceneValue(*node, file_, path_to(child), std::string(child));
+  return SceneValue(*node, *this, path_to(child), std::string(child));
 }
 
 }  // namespace trame::micro

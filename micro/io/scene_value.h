@@ -4,6 +4,8 @@
 
 #include <toml++/toml.h>
 
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,19 +15,21 @@
 
 namespace trame::micro {
 
-/// What a number means: its unit inside, and how to speak of it to the user.
+/// What a number means: its unit inside, and how to speak of it to the user. `largest` bounds its magnitude, and
+/// `smallest` what must be positive, so that products and squares of them stay numbers: far beyond any fabric.
 struct Measure {
   std::string_view si_unit;
   std::string_view noun;
   std::string_view example;  ///< empty for plain numbers
+  double smallest = 1e-12, largest = 1e9;
 };
 inline constexpr Measure plain_number{"1", "a number", ""};
 inline constexpr Measure ratio{"1", "a number or a text such as \"2 %\"", ""};
-inline constexpr Measure length{"m", "a length", "19 um"};
-inline constexpr Measure angle{"rad", "an angle", "45 deg"};
-inline constexpr Measure pressure{"Pa", "a modulus", "3 GPa"};
-inline constexpr Measure force{"N", "a force", "2 mN"};
-inline constexpr Measure moment{"N m", "a moment", "0.1 N mm"};
+inline constexpr Measure length{"m", "a length", "19 um", 1e-12, 1e6};
+inline constexpr Measure angle{"rad", "an angle", "45 deg", 1e-12, 1e6};
+inline constexpr Measure pressure{"Pa", "a modulus", "3 GPa", 1e-6, 1e21};
+inline constexpr Measure force{"N", "a force", "2 mN", 1e-21, 1e15};
+inline constexpr Measure moment{"N m", "a moment", "0.1 N mm", 1e-21, 1e15};
 
 /// An interval of numbers, each end open or closed.
 struct Range {
@@ -57,7 +61,8 @@ struct Range {
 class SceneValue {
  public:
   /// The root of a scene, which must outlive this object and its children.
-  SceneValue(const toml::table& root, std::string file) : node_(&root), file_(std::move(file)) {}
+  SceneValue(const toml::table& root, std::string file)
+      : node_(&root), file_(std::move(file)), noted_(std::make_shared<Noted>()) {}
 
   /// Path to the value, items of lists counted from 1: stage[1].drive[2].force.
   [[nodiscard]] const std::string& key() const { return key_; }
@@ -65,6 +70,10 @@ class SceneValue {
 
   /// Throws InputError "file: key = value: complaint (line n)".
   [[noreturn]] void fail(std::string_view complaint) const;
+  /// Notes the same, so that all mistakes of a kind can be told at once: see `fail_for_noted`.
+  void note(const std::string& complaint) const;
+  /// Throws what was noted in the whole scene, in the order of its lines, and then `also`; if there is anything.
+  void fail_for_noted(const std::string& also = "") const;
   /// The same for a key that this table should have.
   [[noreturn]] void fail_missing(std::string_view child, std::string_view allowed) const;
 
@@ -72,8 +81,10 @@ class SceneValue {
   [[nodiscard]] double quantity(const Measure& measure, const Range& range) const;
   [[nodiscard]] Index integer(const Range& range) const;
   [[nodiscard]] bool boolean() const;
-  [[nodiscard]] std::string text() const;  ///< not empty
-  [[nodiscard]] std::string name() const;  ///< a text without wildcards
+  [[nodiscard]] std::string text() const;  ///< not empty, one line, no control characters
+  [[nodiscard]] std::string name() const;  ///< a text without wildcards, at most max_name_bytes long
+  /// Its own name in the table that holds it, where that is a name for people: [material.NAME].
+  [[nodiscard]] std::string table_name() const;
   [[nodiscard]] Vec3 vector(const Measure& measure) const;
   [[nodiscard]] std::string one_of(const std::vector<std::string>& names, std::string_view what = "") const;
 
@@ -85,13 +96,20 @@ class SceneValue {
   void must_be_table() const;
 
  private:
-  SceneValue(const toml::node& node, std::string file, std::string key, std::string own_name)
-      : node_(&node), file_(std::move(file)), key_(std::move(key)), own_name_(std::move(own_name)) {}
+  using Noted = std::multimap<std::size_t, std::string>;  // by line
+
+  SceneValue(const toml::node& node, const SceneValue& parent, std::string key, std::string own_name)
+      : node_(&node), file_(parent.file_), key_(std::move(key)), own_name_(std::move(own_name)), noted_(parent.noted_) {
+  }
   [[nodiscard]] std::string path_to(std::string_view child) const;
   [[nodiscard]] std::string shown() const;
+  [[nodiscard]] std::string where() const;
+  void check_magnitude(double value, const Measure& measure, const Range& range) const;
+  void check_name_length(const std::string& name) const;
 
   const toml::node* node_;
   std::string file_, key_, own_name_;
+  std::shared_ptr<Noted> noted_;  // of the whole scene
 };
 
 }  // namespace trame::micro

@@ -75,14 +75,15 @@ struct SnapshotHeader {
 /// what is counted is never written to again, so that a crash at any moment leaves every counted increment intact.
 class SnapshotWriter {
  public:
-  /// Creates the file. Throws InputError where it exists already or cannot be written.
+  /// Creates the file. Throws InputError where it exists already or cannot be created, WriteError where there is no
+  /// room for it; then it is not there.
   SnapshotWriter(const std::filesystem::path& file, const SnapshotHeader& header);
   ~SnapshotWriter();
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  /// Throws InputError where the file cannot be written (a full disk), std::invalid_argument for arrays of wrong
-  /// length.
+  /// Throws WriteError where the file cannot grow (a full disk, a limit) or is no longer there, and leaves it with
+  /// what it counts; std::invalid_argument for arrays of wrong length.
   void append(const Increment& increment);
 
  private:

@@ -3,13 +3,15 @@
 /// The one list of what an increment holds in a state file: path, unit, field. Creating, appending and reading all walk
 /// it, so that they cannot disagree. Included by snapshot_*.cpp only; described for readers in README.md.
 
+#include "micro/core/text.h"
 #include "micro/io/snapshot.h"
 
 namespace trame::micro::layout {
 
 inline constexpr const char* name = "trame-states";
 inline constexpr Index version = 2;
-inline constexpr std::size_t max_stage_bytes = 128;
+inline constexpr std::size_t max_stage_bytes = max_name_bytes;
+static_assert(max_stage_bytes == 128, "part of the layout");
 
 /// Walks the fields of every node. `visit.fixed(path, unit, field, rows)`: one value per node or body.
 template <class Fibers, class Visitor>

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <string_view>
 
@@ -21,8 +23,9 @@ struct Fetcher {
   layout::ContactRows contacts = {};
 
   Handle open(const std::string& path) const {
-    Handle set(H5Dopen2(states.file, path.c_str(), H5P_DEFAULT));
-    states.require(set.valid(), fmt::format("dataset {} is missing", path));
+    std::string why;
+    Handle set = hdf5::open_dataset(states.file, path, why);
+    if (!set.valid()) states.fail(fmt::format("dataset {} {}", path, why));
     return set;
   }
   void check_class(hid_t set, const std::string& path, H5T_class_t wanted) const {
@@ -136,7 +139,7 @@ Handle open_for_reading(const StateFile& states, const std::filesystem::path& pa
   stream.read(start.data(), start.size());
   states.require(std::string_view(start.data(), 8) == "\x89HDF\r\n\x1a\n", "not an HDF5 file, so not a state file");
   const bool marked = start[8] == 3 && (start[11] & 1) != 0;
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  const Handle access = hdf5::file_access();
   // A writer may be at work on what is read: try again, but not for ever (the waiting time doubles each time from 1
   // ns).
   if (marked) H5Pset_metadata_read_attempts(access, 25);
@@ -236,11 +239,32 @@ struct SnapshotReader::Impl {
                    fmt::format("no increment {}: it holds {}, counted from 0", i, n_increments));
     return {states, static_cast<hsize_t>(i)};
   }
-  void check_finite(const FiberConfiguration& fibers, Index i) const {
-    for (const Vec3& r : fibers.r)
-      states.require(r.allFinite(),
-                     fmt::format("dataset fibers/r of increment {} holds values that are not finite", i));
-  }
+  /// Numbers of an increment that follow from others may be what they are; those of fibers, bodies and contacts are
+  /// what everything is computed from.
+  struct FiniteCheck {
+    const StateFile& states;
+    Index i;
+
+    template <class T>
+    void check(const std::string& path, const std::vector<T>& values) const {
+      const auto is_finite = [](const T& value) {
+        if constexpr (std::is_arithmetic_v<T>)
+          return std::isfinite(double(value));
+        else
+          return value.allFinite();
+      };
+      states.require(std::all_of(values.begin(), values.end(), is_finite),
+                     fmt::format("dataset {} of increment {} holds values that are not finite", path, i));
+    }
+    template <class T>
+    void fixed(const std::string& path, const char*, const std::vector<T>& values, std::size_t) const {
+      check(path, values);
+    }
+    template <class T>
+    void ragged(const std::string& path, const char*, const std::vector<T>& values, bool) const {
+      check(path, values);
+    }
+  };
 };
 
 SnapshotReader::SnapshotReader(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
@@ -270,7 +294,8 @@ FiberConfiguration SnapshotReader::read_fibers(Index i) const {
   Fetcher fetch = impl_->at(i);
   FiberConfiguration fibers;
   layout::visit_fibers(fibers, impl_->n_nodes(), fetch);
-  impl_->check_finite(fibers, i);
+  const Impl::FiniteCheck finite{impl_->states, i};
+  layout::visit_fibers(fibers, impl_->n_nodes(), finite);
   return fibers;
 }
 
@@ -280,7 +305,10 @@ Increment SnapshotReader::read(Index i) const {
   layout::visit_contact_rows(fetch.contacts, fetch);
   Increment increment;
   layout::visit_increment(increment, impl_->n_nodes(), impl_->header.body_names.size(), fetch);
-  impl_->check_finite(increment.fibers, i);
+  const Impl::FiniteCheck finite{impl_->states, i};
+  layout::visit_fibers(increment.fibers, impl_->n_nodes(), finite);
+  layout::visit_bodies(increment.bodies, impl_->header.body_names.size(), finite);
+  layout::visit_contacts(increment.contacts, finite);
   const Index n_fibers = impl_->header.mesh.n_fibers();
   for (const auto* fibers : {&increment.contacts.fiber_a, &increment.contacts.fiber_b})
     for (const Index f : *fibers)

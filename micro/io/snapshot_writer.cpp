@@ -1,12 +1,17 @@
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstring>
 #include <map>
 #include <stdexcept>
 
 #include "micro/io/hdf5.h"
 #include "micro/io/snapshot.h"
 #include "micro/io/snapshot_layout.h"
+#include "micro/io/whole_file.h"
 
 namespace trame::micro {
 namespace {
@@ -22,7 +27,7 @@ void set_attribute(hid_t object, const char* key, const std::string& value) {
   const Handle type = hdf5::string_type(), space(H5Screate(H5S_SCALAR));
   const Handle attribute(H5Acreate2(object, key, type, space, H5P_DEFAULT, H5P_DEFAULT));
   const char* text = value.c_str();
-  if (H5Awrite(attribute, type, &text) < 0) throw std::runtime_error(fmt::format("attribute {} not written", key));
+  if (H5Awrite(attribute, type, &text) < 0) throw WriteError(fmt::format("attribute {} cannot be written", key));
 }
 
 void set_attribute(hid_t object, const char* key, Index value) {
@@ -43,9 +48,9 @@ void write_array(const StateFile& states, const std::string& path, const char* u
   const Handle space = hdf5::space_of({values.size()});
   const Handle set(H5Dcreate2(states.file, path.c_str(), hdf5::file_type<Scalar>(), space, link_properties(),
                               H5P_DEFAULT, H5P_DEFAULT));
-  states.require(set.valid() && H5Dwrite(set, hdf5::memory_type<Scalar>(), H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                                         hdf5::pack(values).data()) >= 0,
-                 fmt::format("cannot write {}; is the disk full?", path));
+  if (!set.valid() ||
+      H5Dwrite(set, hdf5::memory_type<Scalar>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, hdf5::pack(values).data()) < 0)
+    states.fail_to_write("cannot write " + path);
   set_attribute(set, "unit", unit);
 }
 
@@ -54,8 +59,8 @@ void write_texts(const StateFile& states, const std::string& path, const std::ve
   const Handle set(H5Dcreate2(states.file, path.c_str(), type, space, link_properties(), H5P_DEFAULT, H5P_DEFAULT));
   std::vector<const char*> texts;
   for (const std::string& value : values) texts.push_back(value.c_str());
-  states.require(set.valid() && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()) >= 0,
-                 fmt::format("cannot write {}; is the disk full?", path));
+  if (!set.valid() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()) < 0)
+    states.fail_to_write("cannot write " + path);
 }
 
 void write_header(const StateFile& states, const SnapshotHeader& header) {
@@ -114,7 +119,7 @@ struct Creator {
       H5Pset_fletcher32(properties);  // damaged data are an error on reading, not wrong numbers
     }
     const Handle set(H5Dcreate2(states.file, path.c_str(), type, space, link_properties(), properties, H5P_DEFAULT));
-    states.require(set.valid(), fmt::format("cannot create {}", path));
+    if (!set.valid()) states.fail_to_write("cannot create " + path);
     set_attribute(set, "unit", unit);
   }
   template <class T>
@@ -147,7 +152,8 @@ struct Creator {
     const Handle set(
         H5Dcreate2(states.file, "n_increments", H5T_STD_U64LE, space, H5P_DEFAULT, properties, H5P_DEFAULT));
     const std::uint64_t zero = 0;
-    states.require(H5Dwrite(set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &zero) >= 0, "cannot write");
+    if (H5Dwrite(set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &zero) < 0)
+      states.fail_to_write("cannot be written to");
   }
 };
 
@@ -165,8 +171,8 @@ struct Appender {
     size[0] = start[0] + count[0];
     const bool grown = H5Dset_extent(set, size.data()) >= 0;
     const Handle space = hdf5::select(set, start, count), memory = hdf5::space_of(count);
-    states.require(grown && space.valid() && H5Dwrite(set, type, memory, space, H5P_DEFAULT, values) >= 0,
-                   fmt::format("cannot write {} of increment {}; is the disk full?", path, i));
+    if (!grown || !space.valid() || H5Dwrite(set, type, memory, space, H5P_DEFAULT, values) < 0)
+      states.fail_to_write(fmt::format("cannot write {} of increment {}", path, i));
   }
   template <class T>
   void fixed(const std::string& path, const char*, const std::vector<T>& values, std::size_t rows) {
@@ -201,6 +207,50 @@ struct Appender {
   }
 };
 
+/// What a piece of the library's bookkeeping, and the end of a chunk, take beyond the numbers themselves.
+constexpr std::uint64_t overhead_bytes = 2 * page_size;
+/// What closing the file may add to it.
+constexpr std::uint64_t closing_bytes = 4 * page_size;
+
+/// How much an increment may add to the file: its numbers, not compressed, and the bookkeeping.
+struct Measurer {
+  std::uint64_t bytes = 0;
+
+  template <class T>
+  void add(const std::vector<T>& values) {
+    using Scalar = typename Element<T>::Scalar;
+    bytes += values.size() * Element<T>::n_scalars * sizeof(Scalar) + overhead_bytes;
+  }
+  template <class T>
+  void fixed(const std::string&, const char*, const std::vector<T>& values, std::size_t) {
+    add(values);
+  }
+  template <class T>
+  void ragged(const std::string&, const char*, const std::vector<T>& values, bool) {
+    add(values);
+  }
+  template <class T>
+  void scalar(const std::string&, const char*, const T&) {
+    bytes += overhead_bytes;
+  }
+  template <class T>
+  void later_scalar(const std::string& path, const char* unit, const T& value) {
+    scalar(path, unit, value);
+  }
+  void label(const std::string&, const std::string&) { bytes += overhead_bytes; }
+};
+
+/// How much of the file is written before the first increment.
+std::uint64_t header_bytes(const SnapshotHeader& header) {
+  constexpr std::uint64_t bookkeeping = 24 * page_size;
+  const FiberMesh& mesh = header.mesh;
+  std::uint64_t bytes = bookkeeping + header.scene_text.size() + sizeof(double) * mesh.arc_length.size() +
+                        (2 * sizeof(double) + 2 * sizeof(Index)) * mesh.first_node.size();
+  for (const std::string& name : header.body_names) bytes += name.size() + 2 * sizeof(hsize_t);
+  for (const Yarn& yarn : mesh.yarns) bytes += yarn.name.size() + sizeof yarn;
+  return bytes;
+}
+
 /// Throws where the arrays of a record differ in length.
 struct EqualLengths {
   std::size_t length;
@@ -213,7 +263,7 @@ struct EqualLengths {
 
 /// Version 1.10 objects: what single-writer/multiple-reader access needs.
 Handle access_properties() {
-  Handle properties(H5Pcreate(H5P_FILE_ACCESS));
+  Handle properties = hdf5::file_access();
   H5Pset_libver_bounds(properties, H5F_LIBVER_V110, H5F_LIBVER_V110);
   return properties;
 }
@@ -222,15 +272,64 @@ Handle access_properties() {
 
 struct SnapshotWriter::Impl {
   StateFile states;
+  std::filesystem::path path;
   std::map<std::string, Handle> open_sets;
   Handle count_set;
   std::size_t n_nodes = 0, n_bodies = 0;
   std::uint64_t n_increments = 0, next_contact = 0;
+  std::int64_t reserved = 0;  // at most, behind the end of the file
 
-  /// Hands what is written to the disk, not only to the system.
-  void sync() const {
+  ~Impl() { give_back(); }
+  /// Of the file; negative where the library does not tell.
+  [[nodiscard]] int descriptor() const {
     int* descriptor = nullptr;
-    if (H5Fget_vfd_handle(states.file, H5P_DEFAULT, reinterpret_cast<void**>(&descriptor)) >= 0) fdatasync(*descriptor);
+    const bool told = H5Fget_vfd_handle(states.file, H5P_DEFAULT, reinterpret_cast<void**>(&descriptor)) >= 0;
+    return told ? *descriptor : -1;
+  }
+  /// Hands what is written to the disk, not only to the system. Some file systems say only now that they are full.
+  void sync() const {
+    if (fdatasync(descriptor()) != 0 && (is_lack_of_space(errno) || errno == EIO))
+      throw WriteError(fmt::format("{}: cannot be written to: {}", states.name, std::strerror(errno)));
+  }
+
+  [[nodiscard]] std::string what_is_saved() const { return fmt::format("{} states are saved in it", n_increments); }
+  /// Throws where the name no longer leads to what is written.
+  void check_presence() const {
+    struct stat written {
+    }, named{};
+    if (fstat(descriptor(), &written) != 0) return;
+    if (stat(path.c_str(), &named) != 0 || named.st_ino != written.st_ino || named.st_dev != written.st_dev)
+      throw WriteError(fmt::format("{}: was removed or replaced while the run was writing it", states.name));
+  }
+  /// Throws where there is no room for `bytes` more, before the library meets that amid its bookkeeping.
+  void check_room(std::uint64_t bytes) {
+    const int file = descriptor();
+    struct stat status {};
+    if (fstat(file, &status) != 0) return;
+    reserved = std::max(reserved, static_cast<std::int64_t>(bytes));
+    const std::string lack = lack_of_room(file, status.st_size, static_cast<std::int64_t>(bytes));
+    if (lack.empty()) return;
+    give_back();
+    throw WriteError(fmt::format("{}: cannot grow any further: {}; {}", states.name, lack, what_is_saved()));
+  }
+  /// What was set aside and not used, for the files that follow.
+  void give_back() const {
+    struct stat status {};
+    if (reserved > 0 && states.file.valid() && fstat(descriptor(), &status) == 0)
+      give_back_room(descriptor(), status.st_size, reserved);
+  }
+  /// After a failed write the library's picture of the file is not to be trusted: as that of a killed run, the file
+  /// stays as it is, with all that was counted.
+  void abandon() {
+    give_back();
+    for (auto& entry : open_sets) entry.second.abandon();
+    count_set.abandon();
+    states.file.abandon();
+  }
+  /// A file without a state is of no use.
+  void remove_if_empty() const {
+    std::error_code ignored;
+    if (n_increments == 0) std::filesystem::remove(path, ignored);
   }
 };
 
@@ -239,6 +338,7 @@ SnapshotWriter::SnapshotWriter(const std::filesystem::path& file, const Snapshot
   const hdf5::Quiet quiet;
   StateFile& states = impl_->states;
   states.name = file.string();
+  impl_->path = file;
   states.require(!std::filesystem::exists(file), "exists already; remove it or choose another name");
   const Handle creation(H5Pcreate(H5P_FILE_CREATE));
   // No piece of the library's bookkeeping crosses a page boundary, the only place where a killed write can end half
@@ -249,17 +349,24 @@ SnapshotWriter::SnapshotWriter(const std::filesystem::path& file, const Snapshot
   states.require(states.file.valid(), "cannot be created; does its folder exist and may it be written to?");
   impl_->n_nodes = static_cast<std::size_t>(header.mesh.n_nodes());
   impl_->n_bodies = header.body_names.size();
-  write_header(states, header);
-  Creator creator{states};
-  layout::visit_increment(static_cast<const Increment&>(Increment{}), impl_->n_nodes, impl_->n_bodies, creator);
-  layout::visit_contact_rows(static_cast<const layout::ContactRows&>(layout::ContactRows{}), creator);
-  creator.count();
-  // From here on the library orders its writes so that the file is readable at any moment: an interrupted run leaves a
-  // file that is merely marked as open for writing.
-  states.file = Handle();
-  states.file = Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_properties()));
-  states.require(states.file.valid(), "cannot be reopened for writing");
-  impl_->count_set = Handle(H5Dopen2(states.file, "n_increments", H5P_DEFAULT));
+  try {
+    impl_->check_room(header_bytes(header));
+    write_header(states, header);
+    Creator creator{states};
+    layout::visit_increment(static_cast<const Increment&>(Increment{}), impl_->n_nodes, impl_->n_bodies, creator);
+    layout::visit_contact_rows(static_cast<const layout::ContactRows&>(layout::ContactRows{}), creator);
+    creator.count();
+    // From here on the library orders its writes so that the file is readable at any moment: an interrupted run leaves
+    // a file that is merely marked as open for writing.
+    states.file = Handle();
+    states.file = Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_properties()));
+    if (!states.file.valid()) states.fail_to_write("cannot be reopened for writing");
+    impl_->count_set = Handle(H5Dopen2(states.file, "n_increments", H5P_DEFAULT));
+  } catch (const WriteError&) {
+    impl_->abandon();
+    impl_->remove_if_empty();
+    throw;
+  }
 }
 
 SnapshotWriter::~SnapshotWriter() = default;
@@ -270,18 +377,35 @@ void SnapshotWriter::append(const Increment& increment) {
   const layout::ContactRows rows{impl.next_contact, increment.contacts.fiber_a.size()};
   const EqualLengths equal_lengths{rows.count};
   layout::visit_contacts(increment.contacts, equal_lengths);
-  Appender appender{impl.states, impl.open_sets, impl.n_increments, rows.first};
-  layout::visit_increment(increment, impl.n_nodes, impl.n_bodies, appender);
-  layout::visit_contact_rows(rows, appender);
-  impl.states.require(H5Fflush(impl.states.file, H5F_SCOPE_LOCAL) >= 0, "cannot be written to; is the disk full?");
-  impl.sync();
-  // Whole chunks for each increment: what is on disk is never compressed anew.
-  impl.next_contact += (rows.count + contact_chunk_rows - 1) / contact_chunk_rows * contact_chunk_rows;
-  const std::uint64_t n = ++impl.n_increments;
-  impl.states.require(H5Dwrite(impl.count_set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &n) >= 0 &&
-                          H5Dflush(impl.count_set) >= 0,
-                      "cannot be written to; is the disk full?");
-  impl.sync();
+  if (!impl.states.file.valid()) throw WriteError(impl.states.name + ": an earlier increment could not be written");
+  impl.check_presence();
+  try {
+    Measurer measurer;
+    layout::visit_increment(increment, impl.n_nodes, impl.n_bodies, measurer);
+    impl.check_room(measurer.bytes + closing_bytes);
+  } catch (const WriteError&) {
+    impl.remove_if_empty();
+    throw;
+  }
+  try {
+    Appender appender{impl.states, impl.open_sets, impl.n_increments, rows.first};
+    layout::visit_increment(increment, impl.n_nodes, impl.n_bodies, appender);
+    layout::visit_contact_rows(rows, appender);
+    if (H5Fflush(impl.states.file, H5F_SCOPE_LOCAL) < 0) impl.states.fail_to_write("cannot be written to");
+    impl.sync();
+    // Whole chunks for each increment: what is on disk is never compressed anew.
+    impl.next_contact += (rows.count + contact_chunk_rows - 1) / contact_chunk_rows * contact_chunk_rows;
+    const std::uint64_t n = impl.n_increments + 1;
+    if (H5Dwrite(impl.count_set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &n) < 0 ||
+        H5Dflush(impl.count_set) < 0)
+      impl.states.fail_to_write("cannot be written to");
+    impl.sync();
+    impl.n_increments = n;
+  } catch (const WriteError& error) {
+    impl.abandon();
+    impl.remove_if_empty();
+    throw WriteError(fmt::format("{}; {}", error.what(), impl.what_is_saved()));
+  }
 }
 
 }  // namespace trame::micro

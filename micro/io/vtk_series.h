@@ -17,48 +17,77 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "micro/core/error.h"
 #include "micro/core/types.h"
+#include "micro/io/whole_file.h"
 
 namespace trame::micro {
 
 /// A time series in a folder: `<name>_0000.<ending>`, …, and `<name>.pvd`, complete after each `add`.
 class VtkSeries {
  public:
-  /// Throws InputError where the folder cannot be made.
+  /// Throws WriteError where there is no room for the folder, InputError where it cannot be made otherwise.
   VtkSeries(std::filesystem::path folder, std::string name, std::string ending)
       : folder_(std::move(folder)), name_(std::move(name)), ending_(std::move(ending)) {
     std::error_code error;
     std::filesystem::create_directories(folder_, error);
-    if (error) throw InputError(fmt::format("{}: cannot be created: {}", folder_.string(), error.message()));
+    if (!error) return;
+    const std::string message = fmt::format("{}: cannot be created: {}", folder_.string(), error.message());
+    if (is_lack_of_space(error.value())) throw WriteError(message);
+    throw InputError(message);
   }
 
   [[nodiscard]] std::filesystem::path pvd() const { return folder_ / (name_ + ".pvd"); }
 
-  /// Writes one data set, binary and compressed, as the state at time `time`. Throws InputError.
+  /// Writes one data set, binary and compressed, as the state at time `time`. Throws WriteError; the file is then not
+  /// there, and the series is what it was.
   void add(Index time, vtkXMLWriter* writer) {
     const std::string file = fmt::format("{}_{:04}.{}", name_, time, ending_);
-    writer->SetFileName((folder_ / file).c_str());
+    writer->SetFileName(part_of(folder_ / file).c_str());
     writer->SetDataModeToAppended();
     writer->EncodeAppendedDataOff();
     writer->SetCompressorTypeToZLib();
-    if (writer->Write() == 0) throw InputError(fmt::format("{}: cannot be written", (folder_ / file).string()));
+    const Silence silence;
+    if (writer->Write() == 0 || writer->GetErrorCode() != 0 || !is_whole(part_of(folder_ / file)))
+      fail_to_write(folder_ / file, 0);
+    put_in_place(folder_ / file);
     entries_.emplace_back(time, file);
     write_pvd();
   }
 
  private:
+  /// Keeps VTK from printing what is told by exceptions.
+  class Silence {
+   public:
+    Silence() : before_(vtkObject::GetGlobalWarningDisplay()) { vtkObject::GlobalWarningDisplayOff(); }
+    ~Silence() { vtkObject::SetGlobalWarningDisplay(before_); }
+    Silence(const Silence&) = delete;
+    Silence& operator=(const Silence&) = delete;
+
+   private:
+    int before_;
+  };
+
+  /// The writer does not always notice that the disk is full.
+  static bool is_whole(const std::filesystem::path& file) {
+    constexpr std::string_view end = "</VTKFile>\n";
+    std::ifstream stream(file, std::ios::binary);
+    stream.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
+    std::string last(end.size(), '\0');
+    stream.read(last.data(), static_cast<std::streamsize>(last.size()));
+    return stream && last == end;
+  }
   void write_pvd() const {
-    std::ofstream out(pvd());
-    out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
-        << "  <Collection>\n";
+    std::string text =
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+        "  <Collection>\n";
     for (const auto& [time, file] : entries_)
-      out << fmt::format("    <DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", time, file);
-    out << "  </Collection>\n</VTKFile>\n";
-    if (!out.flush()) throw InputError(fmt::format("{}: cannot be written", pvd().string()));
+      text += fmt::format("    <DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", time, file);
+    write_whole_file(pvd(), text + "  </Collection>\n</VTKFile>\n");
   }
 
   std::filesystem::path folder_;

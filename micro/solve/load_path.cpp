@@ -168,6 +168,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     const PrescribedMotion motion = driver.motion(trial, time, to);
     const Attempt attempt = try_increment(tools, motion, driver.slack(to), state, trial, report);
     if (attempt.refused || !failure.refused) failure = attempt;
+    if (!attempt.accepted && driver.stop()) return {StageOutcome::Status::interrupted, "", time, std::nullopt};
     if (!attempt.accepted) {
       ++report.n_cuts;
       size = 0.5 * (to - time);

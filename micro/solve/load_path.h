@@ -42,6 +42,9 @@ struct StageDriver {
   /// Factor of the tolerances in an increment to stage time `to`: more than 1 where it need not end in equilibrium.
   std::function<double(double to)> slack = [](double) { return 1; };
   std::function<void(const std::string&)> log;  ///< may be empty
+  std::function<bool()> stop = [] {
+    return false;
+  };  ///< whether an increment that failed is the end; see NewtonSettings
 };
 
 struct StageOutcome {

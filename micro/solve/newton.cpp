@@ -16,6 +16,7 @@ std::string_view describe(NewtonOutcome::Status status) {
     case NewtonOutcome::Status::too_many_iterations: return "no convergence within the allowed iterations";
     case NewtonOutcome::Status::not_a_number: return "a force or stiffness became infinite or not a number";
     case NewtonOutcome::Status::not_positive_definite: return "the tangent is singular";
+    case NewtonOutcome::Status::stopped: return "stopped from outside";
   }
   return "";
 }
@@ -324,6 +325,10 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     if (remaining == 0 && r.norm <= goal) return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
       outcome.status = NewtonOutcome::Status::too_many_iterations;
+      return outcome;
+    }
+    if (settings_.stop()) {
+      outcome.status = NewtonOutcome::Status::stopped;
       return outcome;
     }
 

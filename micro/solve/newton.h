@@ -30,10 +30,18 @@ struct NewtonSettings {
   /// far, held back by a proximal term, single ones that are free to go run ahead into others.
   bool damps_soft_modes = true;
   double length = 1;  ///< what counts as far for positions, the first vector of each node; the others are of order 1
+  std::function<bool()> stop = [] { return false; };  ///< asked before each iteration: whether to end without a result
 };
 
 struct NewtonOutcome {
-  enum class Status : std::uint8_t { converged, travelled, too_many_iterations, not_a_number, not_positive_definite };
+  enum class Status : std::uint8_t {
+    converged,
+    travelled,
+    too_many_iterations,
+    not_a_number,
+    not_positive_definite,
+    stopped
+  };
   Status status = Status::converged;
   int n_iterations = 0;
   int n_factorizations = 0;

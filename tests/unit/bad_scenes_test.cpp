@@ -1,7 +1,9 @@
 // Scenes with one mistake each: the message names the file, the key, the value and what is allowed.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <span>
@@ -262,6 +264,60 @@ const Mistake names[] = {
 };
 TEST(BadScenes, Names) { expect_refused(names); }
 
+/// Texts that people see go into scripts, tables, pages and terminals.
+const Mistake steering_texts[] = {
+    {"title = \"good\"", "title = \"x\\n!touch pwned\\n#\"",
+     "bad.toml: title = \"x\\n!touch pwned\\n#\": must be a text of one line without control characters"},
+    {"title = \"good\"", "title = \"\"\"two\nlines\"\"\"",
+     "bad.toml: title = \"two\\nlines\": must be a text of one line"},
+    {"title = \"good\"", "title = \"\\u0000\"", "bad.toml: title = \"\\x00\": must be a text of one line"},
+    {"title = \"good\"", "title = \"\\u202Egood\"", "bad.toml: title = \"\\u202egood\": must be a text of one line"},
+    {"name = \"wire\"", "name = \"wi\\tre\"", "bad.toml: fiber[1].name = \"wi\\tre\": must be a text of one line"},
+    {"name = \"strand\"", "name = \"\\u001b[31mstrand\"",
+     "bad.toml: bundle[1].name = \"\\x1b[31mstrand\": must be a text of one line"},
+    {"name = \"grip\"", "name = \"grip\\u2028\"",
+     "bad.toml: body[1].name = \"grip\\u2028\": must be a text of one line"},
+    {"name = \"load\"", "name = \"load\\r\\n2 %\"",
+     "bad.toml: stage[2].name = \"load\\x0d\\n2 %\": must be a text of one"},
+    {"name = \"load\"", "name = \"load\\u0085\"",
+     "bad.toml: stage[2].name = \"load\\x85\": must be a text of one line"},
+    {"[material.carbon]", "[material.\"car\\nbon\"]",
+     "bad.toml: material.\"car\\nbon\": must have a name of one line without control characters"},
+    {"[fiber_type.filament]", "[fiber_type.\"\\u007f\"]",
+     "bad.toml: fiber_type.\"\\x7f\": must have a name of one line without control characters"},
+    {"[effects]", "[effects]\n\"\\u001b[2J\" = 1", "bad.toml: effects.\"\\x1b[2J\" = 1: unknown key"},
+};
+TEST(BadScenes, TextsThatSteerWhatShowsThem) { expect_refused(steering_texts); }
+
+TEST(BadScenes, TextsWithoutBound) {
+  const auto with = [](std::string_view right, const std::string& wrong) {
+    std::string toml = good_scene;
+    return error_of(toml.replace(toml.find(right), right.size(), wrong));
+  };
+  const std::string long_name(129, 'n');
+  for (const char* what : {"wire", "strand", "grip", "load"}) {
+    const std::string message = with(fmt::format("name = \"{}\"", what), fmt::format("name = \"{}\"", long_name));
+    EXPECT_NE(message.find("must be a name of at most 128 bytes"), std::string::npos) << message;
+  }
+  EXPECT_NE(with("[material.carbon]", "[material." + long_name + "]").find("at most 128 bytes"), std::string::npos);
+  EXPECT_NE(with("title = \"good\"", "title = \"" + std::string(1001, 't') + "\"").find("at most 1000 bytes"),
+            std::string::npos);
+  EXPECT_EQ(with("title = \"good\"", "title = \"Gewebe, 2 × 2 „Garne“ µ\""), "no error");
+}
+
+TEST(SceneName, OfAFileWithAnyBytesIsText) {
+  const std::string toml =
+      "[material.m]\nmodel = \"isotropic\"\nyoung_modulus = \"3 GPa\"\npoisson_ratio = 0.3\n"
+      "[fiber_type.f]\nmaterial = \"m\"\ndiameter = \"19 um\"\n[[fiber]]\nname = \"a\"\n"
+      "fiber_type = \"f\"\npoints = [[\"0 m\", \"0 m\", \"0 m\"], [\"1 mm\", \"0 m\", \"0 m\"]]\n"
+      "elements = 2\n";
+  EXPECT_EQ(parse_scene(toml, "Tr\xe4ger.toml").name, "Tr\xef\xbf\xbdger");
+  EXPECT_EQ(parse_scene(toml, "Träger.toml").name, "Träger");
+  EXPECT_EQ(parse_scene(toml, "a\nb.toml").name,
+            "a\xef\xbf\xbd"
+            "b");
+}
+
 const Mistake patterns[] = {
     {"\"satin\"\nharnesses = 5\nstep = 2", "\"herringbone\"",
      "bad.toml: weave.pattern = \"herringbone\": must be \"plain\", \"twill\" or \"satin\""},
@@ -409,7 +465,8 @@ TEST(BadScenes, FrictionThatEveryStageSwitchesOff) {
 TEST(BadScenes, DrivesOfAbsentBodies) {
   EXPECT_EQ(error_of(bare_scene + wire +
                      "[[stage]]\nname = \"s\"\n[[stage.drive]]\nbodies = \"*\"\ndof = \"x\"\nstrain = 0\n"),
-            "bad.toml: stage[1].drive[1].bodies = \"*\": must fit the name of a body (line 17)");
+            "bad.toml: stage[1].drive[1].bodies = \"*\": must fit the name of a body, but the scene has none (line "
+            "17)");
 }
 
 TEST(BadScenes, FilesThatCannotBeRead) {
@@ -422,11 +479,117 @@ TEST(BadScenes, FilesThatCannotBeRead) {
   };
   EXPECT_EQ(error("/no/such/scene.toml"), "/no/such/scene.toml: cannot be read; must be a scene in TOML");
   const auto folder = std::filesystem::temp_directory_path();
-  EXPECT_EQ(error(folder), folder.string() + ": cannot be read; must be a scene in TOML");
+  EXPECT_EQ(error(folder), folder.string() + ": is a folder; must be a scene in TOML");
   const auto binary = folder / "trame_bad_scenes_test.toml";
   std::ofstream(binary, std::ios::binary) << std::string("\0\xff\xfe\x89HDF", 7);
   EXPECT_EQ(error(binary).substr(0, 36), "trame_bad_scenes_test.toml: line 1: ");
   std::filesystem::remove(binary);
+}
+
+/// Sizes whose squares and products double precision cannot hold, or not beside each other.
+const Mistake out_of_proportion[] = {
+    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"1e308 um\", \"0 mm\", \"1 mm\"]]",
+     "bad.toml: fiber[1].points[2][1] = \"1e308 um\": must be at most 1e+06 m"},
+    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"2 Ym\", \"0 mm\", \"1 mm\"]]",
+     "bad.toml: fiber[1].points[2][1] = \"2 Ym\": must be at most 1e+06 m"},
+    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"2 km\", \"0 mm\", \"1 mm\"]]", "bad.toml: fiber[1].points = [["},
+    {"[\"1 mm\", \"2 mm\", \"3 mm\"]", "[\"-20 km\", \"2 mm\", \"3 mm\"]",
+     "bad.toml: body[1].position = [\"-20 km\", \"2 mm\", \"3 mm\"]: must be at most 1000 m, 1e+08 radii"},
+    {"diameter = \"20 um\"", "diameter = \"1e-300 m\"",
+     "bad.toml: fiber_type.filament.diameter = \"1e-300 m\": must be at least 1e-12 m"},
+    {"[[fiber]]",
+     "[fiber_type.thick]\nmaterial = \"pa66\"\ndiameter = \"1 m\"\n[[fiber]]\nname = \"rope\"\n"
+     "fiber_type = \"thick\"\npoints = [[\"0 m\", \"0 m\", \"5 m\"], [\"9 m\", \"0 m\", \"5 m\"]]\n"
+     "elements = 3\n[[fiber]]",
+     "bad.toml: fiber_type: diameters from 2e-05 m to 1 m; must be within a factor of 10000"},
+    {"elements = 9", "elements = 45000000",
+     "bad.toml: fiber[1].elements = 45000000: elements of 2.22222e-11 m; must be at least 1e-10 m"},
+    {"\"3 GPa\"", "\"1e-300 Pa\"", "bad.toml: material.pa66.young_modulus = \"1e-300 Pa\": must be at least 1e-06 Pa"},
+    {"\"3 GPa\"", "\"1e300 Pa\"", "bad.toml: material.pa66.young_modulus = \"1e300 Pa\": must be at most 1e+21 Pa"},
+    {"friction_coefficient = 0.3", "friction_coefficient = 1e300",
+     "bad.toml: contact.friction_coefficient = 1e+300: must be at most 1e+09"},
+    {"friction_coefficient = 0.3", "penalty = 1e-300", "bad.toml: contact.penalty = 1e-300: must be at least 1e-12"},
+    {"lattice_spacing = 1.1", "lattice_spacing = 1e9", "bad.toml: bundle[1].lattice_spacing = 1000000000.0: must be a"},
+    {"displacement = \"90 deg\"", "displacement = \"1e300 deg\"",
+     "bad.toml: stage[2].drive[3].displacement = \"1e300 deg\": must be at most 1e+06 rad"},
+    {"dof = \"rz\"\ndisplacement = \"90 deg\"", "dof = \"x\"\ndisplacement = \"2 km\"",
+     "bad.toml: stage[2].drive[3].displacement = \"2 km\": must be at most 1000 m"},
+    {"dof = \"rz\"\ndisplacement = \"90 deg\"", "dof = \"x\"\nforce = \"1 GN\"",
+     "bad.toml: stage[2].drive[3].force = \"1 GN\": must be at most 300000 N"},
+    {"dof = \"rz\"\ndisplacement = \"90 deg\"", "dof = \"rz\"\nforce = \"1 GN m\"",
+     "bad.toml: stage[2].drive[3].force = \"1 GN m\": must be at most 3 N m"},
+    {"strain = 0.02", "strain = 1e8", "bad.toml: stage[2].drive[1].strain = 100000000.0: must be at most 1000"},
+};
+TEST(BadScenes, SizesOutOfProportion) { expect_refused(out_of_proportion); }
+
+TEST(BadScenes, ModuliOutOfProportionCountWhereFibersHaveThem) {
+  std::string toml = good_scene;
+  toml.replace(toml.find("\"230 GPa\""), 9, "\"1e18 Pa\"");
+  EXPECT_EQ(error_of(toml), "no error") << "no fiber is of carbon";
+  toml.replace(toml.find("material = \"pa66\""), 17, "material = \"carbon\"");
+  EXPECT_NE(error_of(toml).find("those of fibers must be within a factor of 1e+06"), std::string::npos)
+      << error_of(toml);
+}
+
+TEST(BadScenes, UnknownKeysAreToldAtOnce) {
+  std::string toml = good_scene;
+  using Change = std::pair<std::string_view, const char*>;
+  for (const auto& [right, wrong] : {Change{"title =", "titel ="}, Change{"diameter =", "diametre ="},
+                                     Change{"friction_coefficient", "friction"}, Change{"min_increment", "min_step"}})
+    toml.replace(toml.find(right), right.size(), wrong);
+  std::string message = error_of(toml);
+  std::size_t at = 0;
+  for (const char* part : {"titel = \"good\": unknown key", "fiber_type.filament.diametre = \"20 um\": unknown key",
+                           "did you mean \"diameter\"?", "fiber_type.filament.diameter: missing"}) {
+    EXPECT_NE(message.find(part, at), std::string::npos) << part << "\nin: " << message;
+    at = std::min(message.size(), message.find(part, at));
+  }
+  message = error_of(toml.replace(toml.find("diametre"), 8, "diameter"));
+  for (const char* part : {"titel", "contact.friction = 0.3: unknown key", "solver.min_step = 0.001: unknown key"})
+    EXPECT_NE(message.find(part), std::string::npos) << part << "\nin: " << message;
+  EXPECT_EQ(std::ranges::count(message, '\n'), 2) << message;
+}
+
+TEST(BadScenes, NumbersInQuotes) {
+  std::string toml = good_scene;
+  toml.replace(toml.find("coefficient = 0.3"), 17, "coefficient = \"0.25\"");
+  EXPECT_TRUE(error_of(toml).starts_with(
+      "bad.toml: contact.friction_coefficient = \"0.25\": must be a plain number, not a text: without quotes"))
+      << error_of(toml);
+}
+
+TEST(BadScenes, NamesThatFitNothingAreToldWhichThereAre) {
+  std::string toml = good_scene;
+  toml.replace(toml.find("bodies = \"grip\""), 15, "bodies = [\"grip\", \"clamp/*\"]");
+  const std::string message = error_of(toml);
+  for (const char* part : {"clamp/*", "must fit the name of a body: ", "\"warp/1/start\"", "\"grip\"", "in all"})
+    EXPECT_NE(message.find(part), std::string::npos) << part << "\nin: " << message;
+}
+
+TEST(BadScenes, KeysWithoutBottom) {
+  const auto nested = [](int n) {
+    std::string key = "a";
+    for (int i = 1; i < n; ++i) key += ".a";
+    return key;
+  };
+  const std::string texts = "x = \"\"\"\n\"\"\"\n", literals = "x = '''it's \"''' # \"\n";
+  for (const std::string& toml :
+       {fmt::format("{} = 1\n", nested(30'000)), fmt::format("[{}]\n", nested(30'000)),
+        fmt::format("[[{}]]\n", nested(30'000)), fmt::format("x = {{ {} = 1 }}\n", nested(30'000)),
+        fmt::format("{}{} = 1\n", texts, nested(17)), fmt::format("{}{} = 1\n", literals, nested(17))})
+    EXPECT_NE(error_of(toml).find("a key of more than 16 parts"), std::string::npos) << toml.substr(0, 60);
+  EXPECT_NE(error_of(texts + nested(17) + " = 1\n").find("line 3: a key"), std::string::npos);
+  const std::string dots(100, '.');
+  EXPECT_EQ(error_of("# " + dots + "\n" + good_scene), "no error");
+  std::string toml = good_scene;
+  EXPECT_EQ(error_of(toml.replace(toml.find("\"good\""), 6, "\"" + dots + " \\\" " + dots + "\"")), "no error");
+  EXPECT_EQ(error_of("title = 'x" + dots + "' # ' \"" + toml.substr(toml.find('\n'))), "no error");
+  EXPECT_NE(error_of("x = " + std::string(100'000, '[')), "no error");
+}
+
+TEST(BadScenes, FilesWithoutBound) {
+  EXPECT_NE(error_of(std::string(16'000'001, '#')).find("16000001 bytes; a scene has at most 16000000"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -1,6 +1,10 @@
 #include "micro/io/fibers_vtk.h"
 
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 #include <vtkCellData.h>
 #include <vtkFieldData.h>
 #include <vtkNew.h>
@@ -14,6 +18,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "micro/core/error.h"
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/temporary_folder.h"
 
@@ -154,6 +159,37 @@ TEST_F(FibersVtk, FolderThatCannotBeMade) {
   const SnapshotReader states(folder_ / "states.h5");
   EXPECT_NE(test::input_error([&] { write_fibers_vtk(states, folder_ / "states.h5/vtk"); }).find("cannot be created"),
             std::string::npos);
+}
+
+TEST(FibersVtkOnAFullDisk, AreWholeOrAbsent) {
+  const TemporaryFolder folder;
+  const LatticeYarns yarns{.n_elements = 40};
+  {
+    SnapshotWriter writer(folder / "states.h5", {"1", "scene", "", yarns.mesh(), {}});
+    for (int i = 0; i < 3; ++i) {
+      Increment increment;
+      increment.stage = "pull";
+      increment.fibers = test::mapped(yarns.configuration(), Mat3(Vec3(1 + 0.1 * i, 1, 1).asDiagonal()));
+      writer.append(increment);
+    }
+  }
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{4000, 4000};  // less than a file of the series
+    setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      write_fibers_vtk(SnapshotReader(folder / "states.h5"), folder / "vtk");
+    } catch (const WriteError&) {
+      _exit(3);
+    } catch (...) {
+    }
+    _exit(1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "vtk")) << "neither cut files nor a list of them";
 }
 
 }  // namespace

@@ -1,29 +1,53 @@
 #include "micro/io/snapshot.h"
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <fstream>
+#include <functional>
 #include <random>
 
+#include "micro/io/hdf5.h"
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
 /// Writes to files that the process may still do before it ends abruptly; < 0: no limit.
 std::atomic<long> writes_left{-1};
+
+/// Writes and requests for room that a disk still grants before it is full; < 0: no limit.
+std::atomic<long> writes_granted{-1}, requests_granted{-1};
+
+bool is_granted(std::atomic<long>& granted) {
+  const long left = granted.load();
+  if (left > 0) granted = left - 1;
+  if (left == 0) errno = ENOSPC;
+  return left != 0;
+}
 }  // namespace
+
+/// Stands in front of the system's fallocate, by which room is set aside.
+extern "C" int fallocate(int file, int mode, off_t offset, off_t size) {
+  using Function = int (*)(int, int, off_t, off_t);
+  static const auto next = reinterpret_cast<Function>(dlsym(RTLD_NEXT, "fallocate"));
+  const bool asks_for_room = (mode & FALLOC_FL_PUNCH_HOLE) == 0;
+  return asks_for_room && !is_granted(requests_granted) ? -1 : next(file, mode, offset, size);
+}
 
 /// Stands in front of the system's pwrite, through which HDF5 writes: ends the process at a chosen write. What a kill
 /// can leave of that write is its part up to a page boundary.
 extern "C" ssize_t pwrite(int file, const void* data, size_t size, off_t offset) {
   using Function = ssize_t (*)(int, const void*, size_t, off_t);
   static const auto next = reinterpret_cast<Function>(dlsym(RTLD_NEXT, "pwrite"));
+  if (!is_granted(writes_granted)) return -1;
   const long left = writes_left.load();
   if (left > 0) writes_left = left - 1;
   if (left == 0) {
@@ -247,6 +271,110 @@ void expect_intact(const std::filesystem::path& file, Index n_at_least) {
     expect_equal(reader.read(i), sample_increment(i, sample_n_contacts(i)));
 }
 
+/// What is thrown as WriteError by `action`; empty where nothing is.
+std::string write_error(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const WriteError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+// ---- full disks ---------------------------------------------------------------------------------------------------
+
+TEST(FullDisk, IsNoticedBeforeAnythingIsWritten) {
+  const TemporaryFolder folder;
+  const auto file = folder / "states.h5";
+  {
+    SnapshotWriter writer(file, sample_header());
+    for (Index i = 0; i < 3; ++i) writer.append(sample_increment(i, sample_n_contacts(i)));
+    requests_granted = 0;
+    const std::string message = write_error([&] { writer.append(sample_increment(3, 7)); });
+    requests_granted = -1;
+    EXPECT_NE(message.find(file.string()), std::string::npos) << message;
+    EXPECT_NE(message.find("No space left on device; the first 3 states are whole in it"), std::string::npos)
+        << message;
+    EXPECT_EQ(write_error([&] { writer.append(sample_increment(3, 7)); }), "") << "there is room again";
+  }
+  expect_intact(file, 4);
+}
+
+TEST(FullDisk, LeavesNoFileWithoutAState) {
+  const TemporaryFolder folder;
+  const auto file = folder / "states.h5";
+  for (const long granted : {0L, 1L}) {  // of the header, of the first state
+    requests_granted = granted;
+    const std::string message =
+        write_error([&] { SnapshotWriter(file, sample_header()).append(sample_increment(0, 0)); });
+    requests_granted = -1;
+    EXPECT_NE(message.find("nothing is saved"), std::string::npos) << message;
+    EXPECT_FALSE(std::filesystem::exists(file));
+  }
+}
+
+/// Where room cannot be set aside, a disk can be full amid the library's bookkeeping: in a process of its own, which
+/// must end as it means to, with nothing said by the library, and leave every state that it has counted.
+TEST(FullDisk, AmidAWriteLosesNothingThatWasCounted) {
+  int n_failed = 0;
+  for (long granted = 0; granted < 150; granted += 7) {
+    const TemporaryFolder folder;
+    const auto file = folder / "states.h5", said = folder / "stderr.txt";
+    const pid_t child = fork();
+    if (child == 0) {
+      dup2(open(said.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+      Index n_saved = 0;
+      const std::string message = write_error([&] {
+        SnapshotWriter writer(file, sample_header());
+        for (; n_saved < 6; ++n_saved) {
+          if (n_saved == 2) writes_granted = granted;
+          writer.append(sample_increment(n_saved, sample_n_contacts(n_saved)));
+        }
+      });
+      exit(message.empty() ? 100 : n_saved);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status)) << "signal " << WTERMSIG(status) << " after " << granted << " writes";
+    EXPECT_EQ(std::filesystem::file_size(said), 0U) << granted;
+    n_failed += WEXITSTATUS(status) < 100 ? 1 : 0;
+    EXPECT_NO_THROW(expect_intact(file, std::min(WEXITSTATUS(status), 6))) << granted;
+  }
+  EXPECT_GT(n_failed, 10);
+}
+
+TEST(FullDisk, LimitsOfFilesAreNamed) {
+  const TemporaryFolder folder;
+  const auto file = folder / "states.h5";
+  const pid_t child = fork();
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1'000'000, 1'000'000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    const std::string message = write_error([&] {
+      SnapshotWriter writer(file, sample_header());
+      for (Index i = 0; i < 1000; ++i) writer.append(sample_increment(i, 7));
+    });
+    exit(message.find("ulimit -f") != std::string::npos ? 0 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_GT(SnapshotReader(file).n_increments(), 0);
+}
+
+TEST(Snapshot, WriterNoticesThatItsFileIsGone) {
+  const TemporaryFolder folder;
+  const auto file = folder / "states.h5";
+  SnapshotWriter writer(file, sample_header());
+  writer.append(sample_increment(0, 0));
+  std::filesystem::remove(file);
+  const auto append = [&] { writer.append(sample_increment(1, 7)); };
+  EXPECT_NE(write_error(append).find("was removed or replaced"), std::string::npos);
+  std::ofstream(file) << "another";
+  EXPECT_NE(write_error(append).find("was removed or replaced"), std::string::npos);
+}
+
 /// Runs `n_increments` appends in a process that tells the number of finished ones through a pipe, and ends at the
 /// `n_writes`-th write after increment `first_at_risk` has begun (< 0: not at all). Returns the number of finished
 /// appends, and whether the process ended early.
@@ -443,6 +571,45 @@ TEST_F(HostileFile, OlderFileSaysNothingOfStability) {
   remove_dataset("solver/unstable");
   EXPECT_EQ(complaint(), "");
   EXPECT_EQ(SnapshotReader(file_).read(0).solver.unstable, 0);
+}
+
+/// A file that leads to others, made while the library still knows such links: before any test.
+const std::string leading_elsewhere = [] {
+  const TemporaryFolder folder;
+  const auto path = folder / "links.h5";
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT);
+  H5Lcreate_external("/etc/passwd", "/x", file, "external", H5P_DEFAULT, H5P_DEFAULT);
+  H5Lcreate_soft("/external", file, "soft", H5P_DEFAULT, H5P_DEFAULT);
+  const hsize_t size = 4;
+  const hid_t space = H5Screate_simple(1, &size, nullptr), raw = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_external(raw, "/etc/passwd", 0, size * 4);
+  H5Dclose(H5Dcreate2(file, "raw", H5T_STD_I32LE, space, H5P_DEFAULT, raw, H5P_DEFAULT));
+  const hid_t mapped = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_virtual(mapped, space, "/etc/passwd", "/x", space);
+  H5Dclose(H5Dcreate2(file, "virtual", H5T_STD_I32LE, space, H5P_DEFAULT, mapped, H5P_DEFAULT));
+  H5Pclose(mapped), H5Pclose(raw), H5Sclose(space), H5Fclose(file);
+  std::ifstream stream(path, std::ios::binary);
+  return std::string{std::istreambuf_iterator<char>(stream), {}};
+}();
+
+TEST(HdfLinks, OutOfAFileAreNotFollowed) {
+  const TemporaryFolder folder;
+  const auto path = folder / "links.h5";
+  std::ofstream(path, std::ios::binary) << leading_elsewhere;
+  const hdf5::Quiet quiet;
+  const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, hdf5::file_access()));
+  ASSERT_TRUE(file.valid());
+  const auto why_not = [&](const char* dataset) {
+    std::string why;
+    const bool opened = hdf5::open_dataset(file, dataset, why).valid();
+    return opened ? std::string("opened") : why;
+  };
+  EXPECT_EQ(why_not("external"), "is a link to another file, which is not followed");
+  EXPECT_EQ(why_not("external/below"), "is a link to another file, which is not followed");
+  EXPECT_EQ(why_not("soft"), "is missing");
+  EXPECT_EQ(why_not("raw"), "keeps its data in another file, which is not followed");
+  EXPECT_EQ(why_not("virtual"), "is put together from other files, which is not followed");
+  EXPECT_LT(H5Dopen2(file, "external", H5P_DEFAULT), 0) << "whoever opens it";
 }
 
 TEST_F(HostileFile, MissingDatasets) {

@@ -65,7 +65,7 @@ TEST(StopOnSignals, AsksFirstAndEndsAtTheSecondTime) {
     std::raise(SIGINT);
     std::exit(3);
   };
-  EXPECT_EXIT(interrupt_twice(), testing::KilledBySignal(SIGINT), "Stopping after this increment");
+  EXPECT_EXIT(interrupt_twice(), testing::KilledBySignal(SIGINT), "Stopping after this iteration");
 }
 
 TEST(BlasKernel, FollowsTheInstructionSets) {

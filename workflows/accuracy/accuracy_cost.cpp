@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "micro/core/error.h"
@@ -16,8 +17,8 @@
 #include "workflows/command_line.h"
 #include "workflows/output_directory.h"
 #include "workflows/report/gnuplot.h"
+#include "workflows/run_main.h"
 #include "workflows/terminal.h"
-#include "workflows/workflow.h"
 
 namespace trame::workflows {
 
@@ -61,14 +62,7 @@ std::optional<StudyCommand> parse(int argc, char** argv) {
       ->check(CLI::Range(1, 1024));
   app.add_option("--out", command.out, "Folder for the results [results/<scene>_accuracy]");
   app.add_flag("--overwrite", command.overwrite, "Replace the files of an earlier study in that folder");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& success) {
-    app.exit(success);
-    return std::nullopt;
-  } catch (const CLI::ParseError& error) {
-    throw InputError(fmt::format("{} (--help explains the options)", error.what()));
-  }
+  if (!parse_arguments(app, argc, argv)) return std::nullopt;
   return command;
 }
 
@@ -109,8 +103,11 @@ std::optional<ClosedForm> read_closed_form(const fs::path& profile, const std::s
 
 constexpr std::array outputs = {"runs.csv", "study.md", "work_precision.gp", "work_precision.svg"};
 
-void prepare(const fs::path& folder, bool overwrite) {
+std::unique_ptr<FolderLock> prepare(const fs::path& folder, bool overwrite) {
   std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw InputError(fmt::format("--out {}: cannot be created: {}", folder.string(), error.message()));
+  auto lock = std::make_unique<FolderLock>("--out", folder);
   for (const char* name : outputs) {
     if (!fs::exists(folder / name)) continue;
     if (!overwrite)
@@ -118,8 +115,7 @@ void prepare(const fs::path& folder, bool overwrite) {
                                    folder.string(), name));
     fs::remove(folder / name);
   }
-  fs::create_directories(folder, error);
-  if (error) throw InputError(fmt::format("--out {}: cannot be created: {}", folder.string(), error.message()));
+  return lock;
 }
 
 void write_results(const Study& study, const Profile& profile, const std::string& command, const fs::path& folder) {
@@ -138,7 +134,7 @@ int measure(const StudyCommand& command, Terminal& terminal) {
   const std::vector<Case> cases = plan_cases(scene, case_options(command));
   const std::optional<ClosedForm> closed_form = read_closed_form(profile_path, scene.name);
   const fs::path folder = command.out.empty() ? fs::path("results") / (scene.name + "_accuracy") : command.out;
-  prepare(folder, command.overwrite);
+  const std::unique_ptr<FolderLock> lock = prepare(folder, command.overwrite);
   const std::atomic<bool>& stop = stop_on_signals();
   StudyOptions options{fs::absolute(file),
                        program_folder() / "simulate_fibers",
@@ -158,7 +154,7 @@ int measure(const StudyCommand& command, Terminal& terminal) {
         stop.load()
             ? "Interrupted: no profile is written."
             : "A reference run did not end well, see study.md: no profile is written. --reference chooses another.");
-    return stop.load() ? exit_done : exit_gave_up;
+    return stop.load() ? exit_done : exit_ended_early;
   }
   fs::create_directories(profile_path.parent_path());
   write_whole_file(profile_path, profile_json(profile));
@@ -168,20 +164,14 @@ int measure(const StudyCommand& command, Terminal& terminal) {
 
 int run(int argc, char** argv) {
   Terminal terminal(stdout);
-  try {
-    const std::optional<StudyCommand> command = parse(argc, argv);
-    return command ? measure(*command, terminal) : exit_done;
-  } catch (const InputError& error) {
-    fmt::print(stderr, "accuracy_cost: {}\n", error.what());
-    return exit_bad_input;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "accuracy_cost: unexpected failure: {}\n", error.what());
-    return exit_unexpected;
-  }
+  const std::optional<StudyCommand> command = parse(argc, argv);
+  return command ? measure(*command, terminal) : exit_done;
 }
 
 }  // namespace
 
 }  // namespace trame::workflows
 
-int main(int argc, char** argv) { return trame::workflows::run(argc, argv); }
+int main(int argc, char** argv) {
+  return trame::workflows::run_main("accuracy_cost", [&] { return trame::workflows::run(argc, argv); });
+}

@@ -40,10 +40,10 @@ void tell_end(const MeasuredRun& run, const fs::path& log, CaseResult& result) {
     result.message = strsignal(run.signal);
     return;
   }
-  result.status = run.exit_code == exit_done        ? "done"
-                  : run.exit_code == exit_bad_input ? "bad input"
-                  : run.exit_code == exit_gave_up   ? "gave up"
-                                                    : "failed";
+  result.status = run.exit_code == exit_done          ? "done"
+                  : run.exit_code == exit_bad_input   ? "bad input"
+                  : run.exit_code == exit_ended_early ? "gave up"
+                                                      : "failed";
   if (run.exit_code != exit_done) result.message = last_line(log);
 }
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "workflows/report.h"
+#include "workflows/csv.h"
 #include "workflows/terminal.h"
 
 namespace trame::workflows {

@@ -29,9 +29,8 @@
 
 #include <array>
 #include <cmath>
-#include <fstream>
 
-#include "micro/core/error.h"
+#include "micro/io/whole_file.h"
 #include "workflows/picture/picture_frame.h"
 
 namespace trame::workflows {
@@ -185,9 +184,8 @@ void write_png(vtkRenderWindow* window, const std::filesystem::path& file) {
   writer->WriteToMemoryOn();
   writer->Write();
   vtkUnsignedCharArray* png = writer->GetResult();
-  std::ofstream out(file, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(png->GetPointer(0)), png->GetNumberOfValues());
-  if (!out.flush()) throw InputError(fmt::format("--out {}: cannot be written", file.string()));
+  micro::write_whole_file(file, {reinterpret_cast<const char*>(png->GetPointer(0)),
+                                 static_cast<std::size_t>(png->GetNumberOfValues())});
 }
 
 double mean_radius(const micro::FiberMesh& mesh) {

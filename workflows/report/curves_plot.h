@@ -11,16 +11,18 @@
 
 namespace trame::workflows {
 
-/// The stage that a plot shows, and the side whose strain is its abscissa.
+/// The increments that a plot shows, all of one stage, and the side whose strain is its abscissa.
 struct PlottedStage {
-  std::string name;
-  std::string side;  ///< "warp", or "weft" where the warp sides keep their distance
+  std::size_t first = 0, end = 0;  ///< of the curve
+  std::string side;                ///< "warp", or "weft" where the warp sides keep their distance
 };
 /// The last stage of `curve` in which a side is strained, if any is.
 [[nodiscard]] std::optional<PlottedStage> strained_stage(const std::vector<micro::CurvePoint>& curve);
 
-/// gnuplot commands that turn curves.csv into curves.svg: forces of warp and weft over the strain of one of them.
-[[nodiscard]] std::string plot_script(const PlottedStage& stage, const std::string& title);
+/// gnuplot commands that draw curves.svg: forces of warp and weft over the strain of one of them. The numbers are in
+/// the script, because gnuplot does not read every CSV table right.
+[[nodiscard]] std::string plot_script(const std::vector<micro::CurvePoint>& curve, const PlottedStage& stage,
+                                      const std::string& title);
 
 /// Writes curves.gp beside curves.csv, for anyone to adapt, and runs gnuplot on it. False where gnuplot is missing or
 /// fails; a curve without strains needs no picture.

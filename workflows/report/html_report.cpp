@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
 #include "micro/core/error.h"
+#include "micro/io/whole_file.h"
 #include "workflows/report/body_loads.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_pictures.h"
@@ -114,12 +114,6 @@ std::string page_html(const micro::SnapshotHeader& header, const std::vector<Cha
                          {"chapters", parts}});
 }
 
-void write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream stream(file, std::ios::binary);
-  stream << text;
-  if (!stream.flush()) throw InputError(fmt::format("{}: cannot be written", file.string()));
-}
-
 }  // namespace
 
 std::string write_report(const ReportInput& input) {
@@ -135,7 +129,7 @@ std::string write_report(const ReportInput& input) {
   if (input.draw_patch) patch = patch_pictures(input.states, last.comparison.pair.to, last.name_b());
   // A weave has sides, whose forces are the curves.
   const std::string bodies = has_weave(header.mesh) ? "" : bodies_html(input.states, last.comparison.pair.to);
-  write_file(input.file, page_html(header, chapters(files, data, patch, bodies)));
+  micro::write_whole_file(input.file, page_html(header, chapters(files, data, patch, bodies)));
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }
 

@@ -24,8 +24,8 @@ struct ReportInput {
 };
 
 /// Writes the report. Returns what it lacks and why, for the terminal; nothing where it is whole. Throws InputError for
-/// yarns that there are not, for files that cannot be read and for a report that cannot be written; then nothing is
-/// left behind.
+/// yarns that there are not and for files that cannot be read, WriteError for a report that cannot be written; then
+/// nothing is left behind.
 std::string write_report(const ReportInput& input);
 
 /// The pairs that tell the story of a run: from the reference to where its last stage begins, and from there to the

@@ -2,14 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstring>
+#include <fstream>
 #include <limits>
+#include <map>
 #include <numeric>
+#include <string_view>
+#include <tuple>
 
 #include "meso/strain/strain.h"
 #include "micro/core/error.h"
+#include "micro/core/quantity.h"
+#include "micro/core/text.h"
 #include "micro/fiber/lagrange.h"
-#include "workflows/strains/file_probe.h"
+#include "workflows/file_probe.h"
 
 namespace trame::workflows {
 namespace {
@@ -53,27 +64,127 @@ void check_finite(const std::string& where, const std::vector<Vec3>& positions) 
       throw InputError(fmt::format("{} holds values that are not finite, at node {}", where, n));
 }
 
+void check_yarn_name(const std::string& where, const std::string& name) {
+  if (name.empty() || name.size() > max_name_bytes || !is_plain(name))
+    throw InputError(
+        fmt::format("{} holds \"{}\"; a yarn's name is a text of one line, of 1 to {} bytes and without "
+                    "control characters",
+                    where, printable(name.substr(0, max_name_bytes)), max_name_bytes));
+}
+
+void make_yarns(const std::vector<std::string>& label_of_fiber, FiberList& list) {
+  using Label = std::tuple<bool, std::int64_t, std::string>;  // is text, number, text
+  const auto parsed = [](const std::string& text) -> Label {
+    std::int64_t number = 0;
+    const auto [rest, status] = std::from_chars(text.data(), text.data() + text.size(), number);
+    const bool is_number = status == std::errc() && rest == text.data() + text.size();
+    return is_number ? Label{false, number, ""} : Label{true, 0, text};
+  };
+  std::map<Label, Index> yarns;
+  for (const std::string& text : label_of_fiber) yarns[parsed(text)] = 0;
+  for (auto& [label, index] : yarns) {
+    index = static_cast<Index>(list.yarns.size());
+    const auto& [is_text, number, text] = label;
+    list.yarns.push_back({is_text ? text : fmt::format("yarn/{}", number), micro::YarnFamily::free, 0, 0});
+  }
+  for (const std::string& text : label_of_fiber) list.yarn.push_back(yarns[parsed(text)]);
+}
+
+bool names_yarns(const std::string& name) {
+  std::string letters;
+  for (const unsigned char c : name)
+    if (std::isalnum(c) != 0) letters += static_cast<char>(std::tolower(c));
+  for (const char* ending : {"id", "index", "name", "label", "number"})
+    if (letters.ends_with(ending) && letters.size() > std::strlen(ending)) {
+      letters.resize(letters.size() - std::strlen(ending));
+      break;
+    }
+  return letters == "yarn" || letters == "yarns" || letters == "tow" || letters == "bundle" || letters == "yarnof" ||
+         letters == "yarnoffiber";
+}
+
+double metres(const std::string& where, const std::string& unit) {
+  try {
+    const double factor = parse_quantity("1 " + unit, "m");
+    if (factor > 0) return factor;
+  } catch (const InputError&) {  // told below
+  }
+  throw InputError(fmt::format("{}: unit \"{}\"; must be one of length, such as m, mm or um", where, printable(unit)));
+}
+
+std::string remark_on_size(const std::vector<Vec3>& positions, const std::string& how_to_give_a_unit) {
+  constexpr double largest_fabric = 3;  // m
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : positions) box.extend(x);
+  const double size = positions.empty() ? 0 : box.sizes().maxCoeff();
+  if (!(size > largest_fabric)) return {};
+  return fmt::format(
+      "positions are taken as metres, so the fibers reach over {:.3g} m; {} says otherwise. Strains do not "
+      "depend on it, areas and lengths do",
+      size, how_to_give_a_unit);
+}
+
+namespace {
+
+/// Which fibers of a yarn run against most of the others. `ends`: start and end of each.
+std::vector<char> against_the_others(const std::vector<std::pair<Vec3, Vec3>>& ends) {
+  std::vector<char> against;
+  const auto& [start, end] = ends.front();
+  for (const auto& [a, b] : ends)
+    against.push_back((a - start).norm() + (b - end).norm() > (b - start).norm() + (a - end).norm() ? 1 : 0);
+  const auto n = std::count(against.begin(), against.end(), 1);
+  if (2 * n > static_cast<std::ptrdiff_t>(ends.size()))
+    for (char& turned : against) turned = turned == 0 ? 1 : 0;
+  return against;
+}
+
+std::vector<char> fibers_to_turn(const FiberList& list, const std::vector<std::size_t>& order,
+                                 const std::vector<Vec3>& reference) {
+  std::vector<char> turned;
+  for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
+    std::vector<std::pair<Vec3, Vec3>> ends;
+    for (; last < order.size() && list.yarn[order[last]] == list.yarn[order[first]]; ++last)
+      ends.emplace_back(reference[list.start[order[last]]], reference[list.start[order[last] + 1] - 1]);
+    const std::vector<char> of_yarn = against_the_others(ends);
+    turned.insert(turned.end(), of_yarn.begin(), of_yarn.end());
+  }
+  return turned;
+}
+
+}  // namespace
+
 NodeOrder::NodeOrder(const std::string& where, const FiberList& list, const std::vector<Vec3>& reference) {
   mesh_.yarns = list.yarns;
   for (micro::Yarn& yarn : mesh_.yarns) yarn.n_fibers = 0;
-  for (const std::size_t f : fibers_by_yarn(list)) {
+  const std::vector<std::size_t> order = fibers_by_yarn(list);
+  turned_ = fibers_to_turn(list, order, reference);
+  for (const std::size_t f : order) {
+    const bool turned = turned_[mesh_.radius.size()] != 0;
     micro::Yarn& yarn = mesh_.yarns[list.yarn[f]];
     if (yarn.n_fibers++ == 0) yarn.first_fiber = mesh_.n_fibers();
-    mesh_.first_node.push_back(mesh_.first_node.back() + list.start[f + 1] - list.start[f]);
+    const Index n_nodes = list.start[f + 1] - list.start[f];
+    mesh_.first_node.push_back(mesh_.first_node.back() + n_nodes);
     mesh_.radius.push_back(list.radius[f]);
     mesh_.axial_stiffness.push_back(std::numeric_limits<double>::quiet_NaN());
     mesh_.yarn_of_fiber.push_back(list.yarn[f]);
     double s = 0;
-    for (Index n = list.start[f]; n < list.start[f + 1]; ++n) {
-      const double step = n == list.start[f] ? 0 : (reference[n] - reference[n - 1]).norm();
-      if (n > list.start[f] && !(s + step > s && std::isfinite(step)))
+    for (Index k = 0; k < n_nodes; ++k) {
+      const Index n = turned ? list.start[f + 1] - 1 - k : list.start[f] + k, before = turned ? n + 1 : n - 1;
+      const double step = k == 0 ? 0 : (reference[n] - reference[before]).norm();
+      if (k > 0 && !(s + step > s && std::isfinite(step)))
         throw InputError(fmt::format("{}: nodes {} and {} of fiber {} coincide, or are too far apart to tell", where,
-                                     n - 1 - list.start[f], n - list.start[f], f));
+                                     std::min(n, before) - list.start[f], std::max(n, before) - list.start[f], f));
       s += step;
       mesh_.arc_length.push_back(s);
       source_.push_back(n);
     }
   }
+}
+
+std::string NodeOrder::remark() const {
+  const auto n = std::count(turned_.begin(), turned_.end(), 1);
+  if (n == 0) return {};
+  return fmt::format("{} of {} fibers ran against the others of their yarn and were turned", n, turned_.size());
 }
 
 micro::FiberConfiguration NodeOrder::configuration(const std::vector<Vec3>& positions,
@@ -82,8 +193,10 @@ micro::FiberConfiguration NodeOrder::configuration(const std::vector<Vec3>& posi
   fibers.resize(source_.size());
   for (std::size_t n = 0; n < source_.size(); ++n) fibers.r[n] = positions[source_[n]];
   if (tangents.empty()) fibers.tangent = slopes(mesh_, fibers.r);
+  for (std::size_t f = 0; f < turned_.size() && !tangents.empty(); ++f)
+    for (Index n = mesh_.first_node[f]; n < mesh_.first_node[f + 1]; ++n)
+      fibers.tangent[n] = turned_[f] != 0 ? Vec3(-tangents[source_[n]]) : tangents[source_[n]];
   for (std::size_t n = 0; n < source_.size(); ++n) {
-    if (!tangents.empty()) fibers.tangent[n] = tangents[source_[n]];
     const Mat3 frame = meso::yarn_frame(fibers.tangent[n]);
     fibers.g1[n] = frame.row(1);
     fibers.g2[n] = frame.row(2);
@@ -91,13 +204,34 @@ micro::FiberConfiguration NodeOrder::configuration(const std::vector<Vec3>& posi
   return fibers;
 }
 
+namespace {
+
+bool is_hdf5(const std::filesystem::path& file) {
+  std::array<char, 8> start{};
+  std::ifstream(file, std::ios::binary).read(start.data(), start.size());
+  return std::string_view(start.data(), start.size()) == "\x89HDF\r\n\x1a\n";
+}
+
+constexpr const char* formats =
+    "the state file of a run (HDF5), or fiber nodes: one HDF5 file, or for each state a VTK PolyData file (.vtp) or a "
+    "table (.csv, .txt)";
+
+}  // namespace
+
 std::unique_ptr<meso::FiberStates> open_states(const std::vector<std::filesystem::path>& files) {
-  const auto is_vtp = [](const std::filesystem::path& file) { return file.extension() == ".vtp"; };
-  if (!files.empty() && std::all_of(files.begin(), files.end(), is_vtp)) return open_vtp_nodes(files);
+  const auto all_end_in = [&](std::initializer_list<const char*> endings) {
+    return !files.empty() && std::all_of(files.begin(), files.end(), [&](const std::filesystem::path& file) {
+      return std::find(endings.begin(), endings.end(), file.extension()) != endings.end();
+    });
+  };
+  if (all_end_in({".vtp"})) return open_vtp_nodes(files);
+  if (all_end_in({".csv", ".txt"})) return open_table_nodes(files);
   if (files.size() != 1)
-    throw InputError(
-        fmt::format("{}: several files must all be .vtp, one for each state", files.empty() ? "" : files[1].string()));
+    throw InputError(fmt::format("{}: several files must all be .vtp, or all .csv or .txt, one for each state",
+                                 files.empty() ? "" : files[1].string()));
   if (may_hold_hdf5_nodes(files[0])) return open_hdf5_nodes(files[0]);
+  if (std::filesystem::is_regular_file(files[0]) && !is_hdf5(files[0]))
+    throw InputError(fmt::format("{}: not an HDF5 file; must be {}", files[0].string(), formats));
   return std::make_unique<meso::RunStates>(files[0]);
 }
 

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
 
+#include "micro/core/text.h"
 #include "micro/io/hdf5.h"
 #include "workflows/strains/fiber_nodes.h"
 
@@ -13,10 +15,10 @@ using hdf5::Dims;
 using hdf5::Handle;
 
 constexpr Index layout_version = 1;
-constexpr std::size_t max_texts = 10'000, max_text_bytes = 1024;
+constexpr std::size_t max_texts = 1'000'000, max_text_bytes = 1024;
 
 Handle open_file(const std::filesystem::path& file) {
-  return Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
+  return Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, hdf5::file_access()));
 }
 
 /// Datasets of one file, checked for type and size before anything is allocated for them.
@@ -29,10 +31,57 @@ class Datasets {
   [[nodiscard]] hid_t file() const { return file_; }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::string where(const std::string& path) const { return fmt::format("{}: dataset {}", name_, path); }
+  /// Fails for a link to another file: to leave out what it names would be to misread the file.
   [[nodiscard]] bool has(const std::string& path) const {
+    require(!hdf5::leads_outside(file_, path), path, "is a link to another file, which is not followed");
+    return exists(path);
+  }
+  [[nodiscard]] bool exists(const std::string& path) const {
     for (std::size_t slash = path.find('/'); slash != std::string::npos; slash = path.find('/', slash + 1))
       if (H5Lexists(file_, path.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
     return H5Lexists(file_, path.c_str(), H5P_DEFAULT) > 0;
+  }
+
+  [[nodiscard]] bool is_text(const std::string& path) const {
+    const Handle set = open(path), type(H5Dget_type(set));
+    return H5Tget_class(type) == H5T_STRING;
+  }
+  /// Names of what is in a group.
+  [[nodiscard]] std::vector<std::string> members(const std::string& group) const {
+    constexpr hsize_t most = 100;
+    std::vector<std::string> names;
+    const Handle opened(exists(group) ? H5Gopen2(file_, group.c_str(), H5P_DEFAULT) : H5I_INVALID_HID);
+    H5G_info_t info{};
+    if (!opened.valid() || H5Gget_info(opened, &info) < 0) return names;
+    for (hsize_t i = 0; i < std::min(info.nlinks, most); ++i) {
+      std::array<char, 256> name{};
+      if (H5Lget_name_by_idx(opened, ".", H5_INDEX_NAME, H5_ITER_INC, i, name.data(), name.size(), H5P_DEFAULT) > 0)
+        names.emplace_back(name.data());
+    }
+    return names;
+  }
+  /// The attribute `unit` of a dataset, else of the file; empty where there is none.
+  [[nodiscard]] std::string unit_of(const std::string& path) const {
+    const Handle set = open(path);
+    for (const hid_t object : {hid_t(set), hid_t(file_)}) {
+      if (H5Aexists(object, "unit") <= 0) continue;
+      const Handle attribute(H5Aopen(object, "unit", H5P_DEFAULT)), type(H5Aget_type(attribute)),
+          space(H5Aget_space(attribute));
+      const bool single = H5Tget_class(type) == H5T_STRING && H5Sget_simple_extent_npoints(space) == 1;
+      if (!single || H5Tget_size(type) > max_text_bytes)
+        throw InputError(fmt::format("{}: its attribute unit must be a single text", where(path)));
+      if (H5Tis_variable_str(type) > 0) {
+        char* text = nullptr;
+        if (H5Aread(attribute, type, &text) < 0 || text == nullptr) return {};
+        std::string unit(text);
+        H5free_memory(text);
+        return unit;
+      }
+      std::string unit(H5Tget_size(type) + 1, '\0');
+      if (H5Aread(attribute, type, unit.data()) < 0) return {};
+      return unit.c_str();
+    }
+    return {};
   }
 
   /// Number of entries of a dataset of one dimension.
@@ -83,8 +132,9 @@ class Datasets {
     if (!ok) throw InputError(fmt::format("{} {}", where(path), what));
   }
   [[nodiscard]] Handle open(const std::string& path) const {
-    Handle set(has(path) ? H5Dopen2(file_, path.c_str(), H5P_DEFAULT) : H5I_INVALID_HID);
-    require(set.valid(), path, "is missing");
+    std::string why = "is missing";
+    Handle set = exists(path) ? hdf5::open_dataset(file_, path, why) : Handle();
+    require(set.valid(), path, why);
     return set;
   }
   [[nodiscard]] static hssize_t n_values(hid_t set) {
@@ -143,10 +193,7 @@ void check_version(const Datasets& sets) {
 }
 
 micro::Yarn make_yarn(const Datasets& sets, std::string name, Index family) {
-  const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7f || c == ',' || c == '"'; };
-  if (name.empty() || std::any_of(name.begin(), name.end(), control))
-    throw InputError(sets.where("yarns/name") +
-                     " holds a name that is empty or has commas, quotes or control characters");
+  check_yarn_name(sets.where("yarns/name"), name);
   if (family < 0 || family > 2)
     throw InputError(
         fmt::format("{} holds {}, allowed: 0 (warp), 1 (weft), 2 (neither)", sets.where("yarns/family"), family));
@@ -169,6 +216,27 @@ std::vector<micro::Yarn> read_yarns(const Datasets& sets, const std::vector<Inde
   return yarns;
 }
 
+/// The dataset fibers/yarn, else one in fibers/ that is called alike; empty where there is none.
+std::string label_of_yarns(const Datasets& sets) {
+  if (sets.has("fibers/yarn")) return "fibers/yarn";
+  for (const std::string& name : sets.members("fibers"))
+    if (names_yarns(name)) return "fibers/" + name;
+  return {};
+}
+
+/// What the user should know of the datasets that say which fiber is whose.
+std::string remark_on_yarns(const Datasets& sets) {
+  const std::string label = label_of_yarns(sets);
+  if (label == "fibers/yarn") return {};
+  if (!label.empty()) return fmt::format("yarns are taken from the dataset {}", printable(label));
+  std::string others;
+  for (const std::string& name : sets.members("fibers"))
+    if (name != "start" && name != "radius")
+      others += fmt::format("{}fibers/{}", others.empty() ? "" : ", ", printable(name));
+  if (others.empty()) return {};
+  return fmt::format("no dataset fibers/yarn, so all fibers are one yarn; there are {}", others);
+}
+
 FiberList read_fibers(const Datasets& sets) {
   if (!sets.has("fibers/start"))
     throw InputError(fmt::format(
@@ -179,8 +247,18 @@ FiberList read_fibers(const Datasets& sets) {
   const std::size_t n_fibers = list.start.size() - 1;
   list.yarn.resize(n_fibers, 0);
   list.radius.resize(n_fibers, std::numeric_limits<double>::quiet_NaN());
-  if (sets.has("fibers/yarn")) list.yarn = sets.numbers<Index>("fibers/yarn", n_fibers);
   if (sets.has("fibers/radius")) list.radius = sets.numbers<double>("fibers/radius", n_fibers);
+  const std::string label = label_of_yarns(sets);
+  if (!label.empty() && sets.is_text(label)) {
+    const std::vector<std::string> labels = sets.texts(label);
+    if (labels.size() != n_fibers)
+      throw InputError(fmt::format("{} has {} entries, expected {}", sets.where(label), labels.size(), n_fibers));
+    for (const std::string& text : labels) check_yarn_name(sets.where(label), text);
+    list.yarn.clear();
+    make_yarns(labels, list);
+    return list;
+  }
+  if (!label.empty()) list.yarn = sets.numbers<Index>(label, n_fibers);
   list.yarns = read_yarns(sets, list.yarn);
   return list;
 }
@@ -206,9 +284,21 @@ class Hdf5Nodes : public meso::FiberStates {
     const FiberList list = read_fibers(sets_);
     n_nodes_ = static_cast<std::size_t>(list.start.back());
     n_increments_ = count_increments(sets_);
-    order_.emplace(sets_.where("increments/0/position"), list, vectors(0, "position"));
+    const std::string first = "increments/0/position", unit = sets_.unit_of(first);
+    if (!unit.empty()) metres_ = metres(sets_.where(first), unit);
+    FiberList in_metres = list;
+    for (double& r : in_metres.radius) r *= metres_;
+    const std::vector<Vec3> reference = positions(0);
+    order_.emplace(sets_.where(first), in_metres, reference);
     header_.mesh = order_->mesh();
+    const std::string on_size = remark_on_size(reference,
+                                               "an attribute \"unit\" of increments/0/position, such as "
+                                               "\"um\",");
+    for (const std::string& remark : {remark_on_yarns(sets_), order_->remark(), unit.empty() ? on_size : ""})
+      if (!remark.empty()) remarks_.push_back(remark);
   }
+
+  [[nodiscard]] std::vector<std::string> remarks() const override { return remarks_; }
 
   [[nodiscard]] std::string name() const override { return sets_.name(); }
   [[nodiscard]] const micro::SnapshotHeader& header() const override { return header_; }
@@ -221,8 +311,7 @@ class Hdf5Nodes : public meso::FiberStates {
     if (sets_.has(path(i, "stage"))) increment.stage = stage(i);
     if (sets_.has(path(i, "stage_time"))) increment.stage_time = sets_.number(path(i, "stage_time"));
     const bool has_tangents = sets_.has(path(i, "tangent"));
-    increment.fibers =
-        order_->configuration(vectors(i, "position"), has_tangents ? vectors(i, "tangent") : std::vector<Vec3>());
+    increment.fibers = order_->configuration(positions(i), has_tangents ? vectors(i, "tangent") : std::vector<Vec3>());
     return increment;
   }
 
@@ -231,7 +320,7 @@ class Hdf5Nodes : public meso::FiberStates {
   [[nodiscard]] std::string stage(Index i) const {
     const std::vector<std::string> texts = sets_.texts(path(i, "stage"));
     if (texts.size() != 1) throw InputError(sets_.where(path(i, "stage")) + " must be a single text");
-    return texts[0];
+    return made_name(texts[0]);
   }
   [[nodiscard]] std::vector<Vec3> vectors(Index i, const char* what) const {
     std::vector<Vec3> values = sets_.numbers<Vec3>(path(i, what), n_nodes_);
@@ -239,7 +328,15 @@ class Hdf5Nodes : public meso::FiberStates {
     return values;
   }
 
+  [[nodiscard]] std::vector<Vec3> positions(Index i) const {
+    std::vector<Vec3> values = vectors(i, "position");
+    for (Vec3& x : values) x *= metres_;
+    return values;
+  }
+
   Datasets sets_;
+  double metres_ = 1;  // a unit of the file
+  std::vector<std::string> remarks_;
   std::size_t n_nodes_ = 0;
   Index n_increments_ = 0;
   std::optional<NodeOrder> order_;
@@ -249,8 +346,6 @@ class Hdf5Nodes : public meso::FiberStates {
 }  // namespace
 
 bool may_hold_hdf5_nodes(const std::filesystem::path& file) {
-  // Closing what it could not read of a damaged file, the library would print a page about itself at the end.
-  H5dont_atexit();
   const hdf5::Quiet quiet;
   if (!std::filesystem::is_regular_file(file)) return false;
   const Handle opened = open_file(file);

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "micro/core/error.h"
+#include "workflows/csv.h"
 
 namespace trame::workflows {
 namespace {
@@ -19,16 +19,6 @@ using meso::ShearBand;
 using meso::ShearZone;
 using meso::YarnComparison;
 using meso::YarnOnMesh;
-
-std::ofstream csv(const std::filesystem::path& file, const char* header) {
-  std::ofstream out(file);
-  out << header << '\n';
-  return out;
-}
-
-void finish(std::ofstream& out, const std::filesystem::path& file) {
-  if (!out.flush()) throw InputError(fmt::format("{}: cannot be written", file.string()));
-}
 
 /// ",1,2.5": fields that follow others.
 std::string fields(std::initializer_list<double> values) {
@@ -86,30 +76,30 @@ void write_sections_csv(const std::filesystem::path& file, const std::vector<mic
         "ellipse_residual_{0},shape_{0}",
         state);
   header += ",E_axial_side,E_axial_centre,side_to_centre";
-  std::ofstream out = csv(file, header.c_str());
+  CsvFile out(file, header);
   for (const YarnComparison& yarn : comparison.yarns)
     for (std::size_t k = 0; k < yarn.sections.size(); ++k) {
       const meso::SectionPair& pair = yarn.sections[k];
-      out << fmt::format("{},{},{}", yarns[yarn.yarn].name, k, pair.place)
+      out << fmt::format("{},{},{}", csv_field(yarns[yarn.yarn].name), k, csv_field(pair.place))
           << fields({pair.a.fraction, pair.a.arc_length}) << section_fields(pair.a) << section_fields(pair.b)
           << fields({pair.axial_strain.side, pair.axial_strain.centre, pair.axial_strain.ratio}) << '\n';
     }
-  finish(out, file);
+  out.write();
 }
 
 void write_bands_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
                      const Comparison& comparison, std::size_t mesh) {
-  std::ofstream out = csv(file,
-                          "yarn,station,place,component,band,centre_horizontal_m,centre_vertical_m,angle_deg,"
-                          "straightness,thickness_d,length_d,aspect,area_d2,mean_excess,share_of_section,"
-                          "share_of_section_excess,p_value,significant");
+  CsvFile out(file,
+              "yarn,station,place,component,band,centre_horizontal_m,centre_vertical_m,angle_deg,"
+              "straightness,thickness_d,length_d,aspect,area_d2,mean_excess,share_of_section,"
+              "share_of_section_excess,p_value,significant");
   for (const YarnComparison& yarn : comparison.yarns)
     for (const meso::SectionBands& cut : yarn.meshes[mesh].bands)
       for (std::size_t k = 0; k < cut.bands.size(); ++k)
-        out << fmt::format("{},{},{},{},{}", yarns[yarn.yarn].name, cut.station, yarn.sections[cut.station].place,
-                           text(cut.component), k + 1)
+        out << fmt::format("{},{},{},{},{}", csv_field(yarns[yarn.yarn].name), cut.station,
+                           csv_field(yarn.sections[cut.station].place), text(cut.component), k + 1)
             << band_fields(cut.bands[k]) << '\n';
-  finish(out, file);
+  out.write();
 }
 
 void write_orientation_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
@@ -117,44 +107,44 @@ void write_orientation_csv(const std::filesystem::path& file, const std::vector<
   std::string header = "yarn,component";
   for (std::size_t k = 0; k < meso::DirectionalCorrelation::n_directions; ++k)
     header += fmt::format(",{:.0f}_deg", meso::DirectionalCorrelation::angle(k));
-  std::ofstream out = csv(file, header.c_str());
+  CsvFile out(file, header);
   for (const YarnComparison& yarn : comparison.yarns)
     for (std::size_t c = 0; c < meso::band_components.size(); ++c) {
-      out << fmt::format("{},{}", yarns[yarn.yarn].name, text(meso::band_components[c]));
+      out << fmt::format("{},{}", csv_field(yarns[yarn.yarn].name), text(meso::band_components[c]));
       for (const double value : yarn.meshes[mesh].orientation[c]) out << fmt::format(",{:.3f}", value);
       out << '\n';
     }
-  finish(out, file);
+  out.write();
 }
 
 void write_zones_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
                      const Comparison& comparison, std::size_t mesh) {
-  std::ofstream out = csv(file,
-                          "yarn,zone,n_tets,volume_m3,volume_fraction,share_of_yarn,centre_x_m,centre_y_m,centre_z_m,"
-                          "normal_x,normal_y,normal_z,extent_1_d,extent_2_d,extent_3_d");
+  CsvFile out(file,
+              "yarn,zone,n_tets,volume_m3,volume_fraction,share_of_yarn,centre_x_m,centre_y_m,centre_z_m,"
+              "normal_x,normal_y,normal_z,extent_1_d,extent_2_d,extent_3_d");
   for (const YarnComparison& yarn : comparison.yarns) {
     const YarnOnMesh& on = yarn.meshes[mesh];
     const std::vector<ShearZone>& zones = on.fields.zones.zones;
     for (std::size_t k = 0; k < zones.size(); ++k)
-      out << fmt::format("{},{}", yarns[yarn.yarn].name, k + 1) << zone_fields(zones[k], on.mesh.fiber_distance)
-          << '\n';
+      out << fmt::format("{},{}", csv_field(yarns[yarn.yarn].name), k + 1)
+          << zone_fields(zones[k], on.mesh.fiber_distance) << '\n';
   }
-  finish(out, file);
+  out.write();
 }
 
 void write_continuum_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,
                          const Comparison& comparison) {
-  std::ofstream out = csv(file,
-                          "yarn,n_nodes,D2_min_mean,D2_min_median,D2_min_95,non_affine_median_d,non_affine_95_d,"
-                          "exchanged_neighbours,inverted,typical_strain,non_affine_share,mesh_difference,verdict");
+  CsvFile out(file,
+              "yarn,n_nodes,D2_min_mean,D2_min_median,D2_min_95,non_affine_median_d,non_affine_95_d,"
+              "exchanged_neighbours,inverted,typical_strain,non_affine_share,mesh_difference,verdict");
   for (const YarnComparison& yarn : comparison.yarns) {
     const meso::YarnContinuum& row = yarn.continuum;
-    out << fmt::format("{},{}", yarns[yarn.yarn].name, row.n_nodes)
+    out << fmt::format("{},{}", csv_field(yarns[yarn.yarn].name), row.n_nodes)
         << fields({row.D2_mean, row.D2_median, row.D2_95, row.non_affine_median, row.non_affine_95, row.exchanged,
                    row.flagged, row.typical_strain, row.non_affine_share, row.mesh_difference})
-        << fmt::format(",\"{}\"\n", explanation(row));
+        << "," << csv_field(explanation(row)) << '\n';
   }
-  finish(out, file);
+  out.write();
 }
 
 void print_findings(const std::vector<micro::Yarn>& yarns, const Comparison& comparison, std::size_t mesh) {

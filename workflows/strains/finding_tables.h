@@ -12,7 +12,7 @@
 namespace trame::workflows {
 
 /// Writers of CSV files; lengths in m, or in fiber distances (`_d`). Empty fields, or nan, where there is no value.
-/// Each throws InputError where the file cannot be written.
+/// Each throws WriteError where the file cannot be written.
 
 /// One line per yarn and section: its stations, then the places where it passes others.
 void write_sections_csv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns,

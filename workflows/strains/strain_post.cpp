@@ -4,18 +4,20 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <new>
 #include <numeric>
 #include <regex>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "meso/strain_series.h"
 #include "micro/core/error.h"
+#include "micro/core/text.h"
+#include "workflows/folder_lock.h"
 #include "workflows/report/html_report.h"
+#include "workflows/run_main.h"
 #include "workflows/saved_state.h"
 #include "workflows/strains/fiber_nodes.h"
 #include "workflows/strains/finding_tables.h"
@@ -49,10 +51,12 @@ void define(CLI::App& app, Arguments& arguments) {
       "sections.csv, continuum.csv (may the yarns be taken as continua?) and\n"
       "report.html. With --every, yarns.pvd and strains.csv hold all states, the others compare A with B. Strains are\n"
       "Green-Lagrange, from state A to state B, in the yarn frame of A: axial along the fibers, vertical along z made\n"
-      "normal to it, horizontal across. Meshes belong to the first state. Layouts of files: micro/io/README.md.\n"
-      "Exit codes: 0 done, 2 bad input.");
-  app.add_option("states", arguments.states,
-                 "State file of a run (HDF5); or fiber nodes from elsewhere: one HDF5 file, or one .vtp file per state")
+      "normal to it, horizontal across. Meshes belong to the first state. Layouts of files: micro/io/README.md.\n" +
+      std::string(exit_codes_text));
+  app.add_option(
+         "states", arguments.states,
+         "State file of a run (HDF5); or fiber nodes from elsewhere: one HDF5 file, or per state one .vtp, .csv or "
+         ".txt file")
       ->required();
   const std::string meaning = ": number of an increment, name of a stage (its end), or \"last\"";
   app.add_option("--from", arguments.from, "State A" + meaning)->capture_default_str();
@@ -76,15 +80,25 @@ void define(CLI::App& app, Arguments& arguments) {
 void check_out(const fs::path& out, bool overwrite) {
   if (!fs::exists(out)) return;
   if (!fs::is_directory(out)) throw InputError(fmt::format("--out {}: not a folder", out.string()));
-  if (!fs::is_empty(out) && !overwrite)
+  const fs::directory_iterator entries(out);
+  const bool is_empty = std::all_of(begin(entries), end(entries),
+                                    [](const auto& entry) { return entry.path().filename() == FolderLock::file_name; });
+  if (!is_empty && !overwrite)
     throw InputError(
         fmt::format("--out {}: the folder is not empty; choose another one, or --overwrite", out.string()));
+}
+
+FolderLock make_folder(const fs::path& out) {
+  std::error_code error;
+  fs::create_directories(out, error);
+  if (error) throw InputError(fmt::format("--out {}: cannot be created: {}", out.string(), error.message()));
+  return {"--out", out};
 }
 
 void remove_earlier_results(const fs::path& out) {
   if (!fs::exists(out)) return;
   const std::regex ours(
-      R"(yarns(\.pvd|_[0-9]+\.vtu)|(strains|sections|bands|orientation|zones|continuum)\.csv|report\.html)");
+      R"((yarns(\.pvd|_[0-9]+\.vtu)|(strains|sections|bands|orientation|zones|continuum)\.csv|report\.html)(\.part)?)");
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(out))
     if (std::regex_match(entry.path().filename().string(), ours)) files.push_back(entry.path());
@@ -179,15 +193,19 @@ void run(Arguments& arguments) {
   probe_states(arguments.states, [&](const FiberStates& states) { return states_to_read(states, arguments); });
   const auto opened = open_states(arguments.states);
   const FiberStates& states = *opened;
+  for (const std::string& remark : states.remarks())
+    fmt::print(stderr, "strain_post: {}: {}.\n", states.name(), trame::printable(remark));
   if (arguments.list) return print_states(states);
   if (states.header().mesh.yarns.empty()) throw InputError(states.name() + ": holds no yarn");
   const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
   const std::vector<Index> to = states_to_compare(a, b, arguments.every);
   arguments.settings.meshes = mesh_kinds(arguments.mesh);
   if (arguments.out.empty()) arguments.out = fs::absolute(arguments.states[0]).parent_path() / "strains";
-  check_out(arguments.out, arguments.overwrite);
   // What is wrong with the choice or the reference state is said before anything is removed.
+  (void)trame::meso::choose_yarns(states.header().mesh.yarns, arguments.settings.yarns);
+  check_out(arguments.out, arguments.overwrite);
   const YarnComparer comparer(states, arguments.settings);
+  const FolderLock lock = make_folder(arguments.out);
   for (const fs::path& folder : {arguments.out, arguments.out / "delaunay", arguments.out / "swept"})
     remove_earlier_results(folder);
   const Comparison comparison = compare_states(comparer, arguments, a, to);
@@ -198,34 +216,14 @@ void run(Arguments& arguments) {
   fmt::print("\nResults in {}; ParaView: open yarns.pvd, Apply, colour by E_axial\n", arguments.out.string());
 }
 
-std::string too_large(const Arguments& arguments) {
-  return fmt::format("{}: there is not enough memory for what it holds", arguments.states[0].string());
-}
-
-int fail(const std::string& message) {
-  fmt::print(stderr, "strain_post: {}\n", message);
-  return 2;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Strains of the yarns of a fabric between two states of its fibers.");
-  Arguments arguments;
-  define(app, arguments);
-  try {
-    app.parse(argc, argv);
-    run(arguments);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  } catch (const InputError& error) {
-    return fail(error.what());
-  } catch (const fs::filesystem_error& error) {
-    return fail(error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(too_large(arguments));
-  } catch (const std::length_error&) {  // the same, where the size is beyond all measure
-    return fail(too_large(arguments));
-  }
-  return 0;
+  return run_main("strain_post", [&]() -> int {
+    CLI::App app("Strains of the yarns of a fabric between two states of its fibers.");
+    Arguments arguments;
+    define(app, arguments);
+    if (parse_arguments(app, argc, argv)) run(arguments);
+    return exit_done;
+  });
 }

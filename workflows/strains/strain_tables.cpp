@@ -4,9 +4,6 @@
 
 #include <cstdio>
 #include <system_error>
-#include <utility>
-
-#include "micro/core/error.h"
 
 namespace trame::workflows {
 namespace {
@@ -36,31 +33,33 @@ void print_difference(const YarnStrain& a, const YarnStrain& b) {
              b.gamma_max.mean - a.gamma_max.mean);
 }
 
+std::string strains_header() {
+  std::string header = "increment,yarn,n_tets,n_flagged,n_inverted";
+  for (const char* name : {"E_axial", "E_horizontal", "E_vertical", "gamma_max", "det_F"})
+    header += fmt::format(",{0}_mean,{0}_deviation,{0}_min,{0}_quantile_05,{0}_median,{0}_quantile_95,{0}_max", name);
+  return header;
+}
+
 }  // namespace
 
-StrainsCsv::StrainsCsv(std::filesystem::path file, const std::vector<micro::Yarn>& yarns)
-    : file_(std::move(file)), yarns_(yarns) {
+StrainsCsv::StrainsCsv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns)
+    : yarns_(yarns), out_(file, strains_header()) {
   std::error_code error;
-  std::filesystem::create_directories(file_.parent_path(), error);  // what fails shows when the file is opened
-  out_.open(file_);
-  out_ << "increment,yarn,n_tets,n_flagged,n_inverted";
-  for (const char* name : {"E_axial", "E_horizontal", "E_vertical", "gamma_max", "det_F"})
-    out_ << fmt::format(",{0}_mean,{0}_deviation,{0}_min,{0}_quantile_05,{0}_median,{0}_quantile_95,{0}_max", name);
-  out_ << '\n';
-  append({});
+  std::filesystem::create_directories(file.parent_path(), error);  // what fails shows when the file is opened
+  out_.write();
 }
 
 void StrainsCsv::append(const std::vector<YarnStrain>& rows) {
   for (const YarnStrain& row : rows) {
     if (row.n_tets == 0) continue;
-    out_ << fmt::format("{},{},{},{},{}", row.increment, yarns_[row.yarn].name, row.n_tets, row.n_flagged,
+    out_ << fmt::format("{},{},{},{},{}", row.increment, csv_field(yarns_[row.yarn].name), row.n_tets, row.n_flagged,
                         row.n_inverted);
     for (const auto& s : {row.axial, row.horizontal, row.vertical, row.gamma_max, row.det_F})
       out_ << fmt::format(",{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", s.mean, s.deviation, s.min,
                           s.quantile_05, s.median, s.quantile_95, s.max);
     out_ << '\n';
   }
-  if (!out_.flush()) throw InputError(fmt::format("{}: cannot be written", file_.string()));
+  out_.write();
 }
 
 void print_strains(const std::vector<micro::Yarn>& yarns, const Comparison& comparison) {

@@ -3,10 +3,10 @@
 /// Strains of yarns as numbers: a CSV file, and what a terminal shows.
 
 #include <filesystem>
-#include <fstream>
 #include <vector>
 
 #include "meso/comparison.h"
+#include "workflows/csv.h"
 
 namespace trame::workflows {
 
@@ -14,16 +14,15 @@ namespace trame::workflows {
 /// mean, deviation, min, quantiles and max of each quantity.
 class StrainsCsv {
  public:
-  /// Throws InputError where the file cannot be made. `yarns` must outlive the object.
-  StrainsCsv(std::filesystem::path file, const std::vector<micro::Yarn>& yarns);
+  /// Throws WriteError where the file cannot be made. `yarns` must outlive the object.
+  StrainsCsv(const std::filesystem::path& file, const std::vector<micro::Yarn>& yarns);
 
-  /// Throws InputError where the file cannot be written.
+  /// Throws WriteError where the file cannot be written.
   void append(const std::vector<meso::YarnStrain>& rows);
 
  private:
-  std::filesystem::path file_;
   const std::vector<micro::Yarn>& yarns_;
-  std::ofstream out_;
+  CsvFile out_;
 };
 
 /// Prints what is odd about the meshes, and the strains; with two kinds of mesh also the differences of their means

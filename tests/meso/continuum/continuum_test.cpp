@@ -282,6 +282,12 @@ TEST(Verdict, EveryLimitCounts) {
   EXPECT_EQ(verdict(row(on_average)), ContinuumVerdict::holds_on_average);
   EXPECT_EQ(verdict(row({nan, nan, nan, nan, nan})), ContinuumVerdict::holds);
   EXPECT_EQ(verdict(YarnContinuum()), ContinuumVerdict::too_few_fibers);
+  YarnContinuum unmeshed;
+  unmeshed.n_nodes = 100;
+  unmeshed.mesh_status = MeshStatus::flat_section;
+  unmeshed.verdict = verdict(unmeshed);
+  EXPECT_EQ(unmeshed.verdict, ContinuumVerdict::nothing_to_judge);
+  EXPECT_EQ(explanation(unmeshed), "nothing to judge: no mesh, because all fibers lie in one surface");
   const auto beyond = [&](const ContinuumLimits& limits, double YarnContinuum::*member) {
     YarnContinuum changed = row(limits);
     changed.*member *= 1.01;

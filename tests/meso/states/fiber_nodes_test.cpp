@@ -3,7 +3,11 @@
 #include "workflows/strains/fiber_nodes.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+#include <vtkStringArray.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
 
@@ -12,7 +16,7 @@
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_file.h"
-#include "workflows/strains/file_probe.h"
+#include "workflows/file_probe.h"
 
 namespace trame::workflows {
 namespace {
@@ -197,8 +201,11 @@ TEST_F(Hdf5Nodes, YarnsThatCannotBe) {
   Hdf5File(path_).put("fibers/yarn", std::vector<int>{0, 1, 0});
   Hdf5File(path_).put("yarns/name", std::vector<const char*>{"a"});
   expect_complaint("dataset fibers/yarn holds 0 … 1, allowed: 0 … 0");
-  Hdf5File(path_).put("yarns/name", std::vector<const char*>{"a", "b,c"});
-  expect_complaint("dataset yarns/name holds a name that is empty or has commas");
+  for (const char* name : {"", "b\nc", "\x1b[2J", "Tr\xe4ger"}) {
+    Hdf5File(path_).put("yarns/name", std::vector<const char*>{"a", name});
+    expect_complaint("dataset yarns/name holds \"");
+    expect_complaint("a yarn's name is a text of one line");
+  }
   Hdf5File(path_).put("yarns/name", std::vector<int>{1, 2});
   expect_complaint("dataset yarns/name must hold text");
   Hdf5File(path_).put("yarns/name", std::vector<const char*>{"a", "b"});
@@ -215,6 +222,54 @@ TEST_F(Hdf5Nodes, HugeClaims) {
   expect_complaint("dataset yarns/name has 1099511627776 entries, allowed are");
   Hdf5File(path_).put("fibers/start", H5T_STD_I64LE, {huge}, 0, nullptr);
   expect_complaint("dataset fibers/start has 1099511627776 entries, allowed are");
+}
+
+TEST_F(Hdf5Nodes, FibersThatRunAgainstTheirYarnAreTurned) {
+  std::vector<Vec3> turned = straight, bent_turned = bent(), tangents(9, Vec3(0, 0, 1));
+  std::reverse(turned.begin() + 5, turned.end());
+  std::reverse(bent_turned.begin() + 5, bent_turned.end());
+  Hdf5File(path_).put("fibers/yarn", std::vector<int>{0, 0, 0});
+  Hdf5File(path_).put("increments/0/position", turned);
+  Hdf5File(path_).put("increments/1/position", bent_turned);
+  Hdf5File(path_).put("increments/1/tangent", tangents);
+  const auto states = open_states({path_});
+  EXPECT_EQ(states->read(0).fibers.r, straight);
+  EXPECT_EQ(states->read(1).fibers.r, bent());
+  EXPECT_EQ(states->read(1).fibers.tangent[4], Vec3(0, 0, 1));
+  EXPECT_EQ(states->read(1).fibers.tangent[5], Vec3(0, 0, -1));
+  EXPECT_EQ(states->header().mesh.arc_length, (std::vector<double>{0, 1, 3, 0, 2, 0, 2, 3, 7}));
+  EXPECT_EQ(states->remarks().at(0), "1 of 3 fibers ran against the others of their yarn and were turned");
+}
+
+TEST_F(Hdf5Nodes, LabelsMayBeTextsAndOtherwiseSpelled) {
+  Hdf5File(path_).put("fibers/yarn", std::vector<const char*>{"weft, \"1\"", "warp", "weft, \"1\""});
+  EXPECT_EQ(open_states({path_})->header().mesh.yarns.at(1).name, "weft, \"1\"");
+  Hdf5File(path_).put("fibers/yarn", std::vector<const char*>{"a", "b"});
+  expect_complaint("dataset fibers/yarn has 2 entries, expected 3");
+  Hdf5File(path_).remove("fibers/yarn");
+  Hdf5File(path_).put("fibers/TowId", std::vector<int>{1, 0, 1});
+  EXPECT_EQ(open_states({path_})->header().mesh.yarns.size(), 2u);
+  EXPECT_EQ(open_states({path_})->remarks().at(0), "yarns are taken from the dataset fibers/TowId");
+  Hdf5File(path_).remove("fibers/TowId");
+  Hdf5File(path_).put("fibers/strand", std::vector<int>{1, 0, 1});
+  EXPECT_EQ(open_states({path_})->remarks().at(0),
+            "no dataset fibers/yarn, so all fibers are one yarn; there are fibers/strand");
+}
+
+TEST_F(Hdf5Nodes, AUnitIsTaken) {
+  Hdf5File(path_).put("fibers/radius", std::vector<double>{2, 2, 2});
+  {
+    const Hdf5File file(path_);
+    const hid_t type = H5Tcopy(H5T_C_S1), space = H5Screate(H5S_SCALAR);
+    H5Tset_size(type, 2);
+    const hid_t attribute = H5Acreate2(file.id(), "unit", type, space, H5P_DEFAULT, H5P_DEFAULT);
+    H5Awrite(attribute, type, "mm");
+    H5Aclose(attribute), H5Sclose(space), H5Tclose(type);
+  }
+  const auto states = open_states({path_});
+  EXPECT_NEAR(states->read(1).fibers.r[2].x(), bent()[2].x() * 1e-3, 1e-15);
+  EXPECT_NEAR(states->header().mesh.radius[0], 2e-3, 1e-15);
+  EXPECT_NEAR(states->header().mesh.arc_length[2], 3e-3, 1e-15);
 }
 
 TEST_F(Hdf5Nodes, OtherVersion) {
@@ -278,6 +333,108 @@ class VtpNodes : public ::testing::Test {
   TemporaryFolder folder_;
   std::vector<fs::path> files_ = {folder_ / "a.vtp", folder_ / "b.vtp"};
 };
+
+/// Labels, whatever their kind and place; family by family the same yarns.
+vtkSmartPointer<vtkStringArray> text_labels(const std::vector<const char*>& labels, const char* name) {
+  auto array = vtkSmartPointer<vtkStringArray>::New();
+  array->SetName(name);
+  for (const char* label : labels) array->InsertNextValue(label);
+  return array;
+}
+
+TEST_F(VtpNodes, LabelsMayBeTexts) {
+  const vtkSmartPointer<vtkPolyData> data = polylines(straight, start);
+  data->GetCellData()->AddArray(text_labels({"warp, left", "weft", "warp, left"}, "yarn"));
+  write_vtp(files_[0], data);
+  const auto states = open_states({files_[0]});
+  ASSERT_EQ(states->header().mesh.yarns.size(), 2u);
+  EXPECT_EQ(states->header().mesh.yarns[0].name, "warp, left");
+  EXPECT_EQ(states->header().mesh.yarns[0].n_fibers, 2);
+  EXPECT_EQ(states->header().mesh.yarns[1].name, "weft");
+  EXPECT_TRUE(states->remarks().empty());
+}
+
+TEST_F(VtpNodes, LabelsMayBeAtPointsAndOtherwiseSpelled) {
+  const vtkSmartPointer<vtkPolyData> data = polylines(straight, start);
+  vtkNew<vtkIntArray> labels;
+  labels->SetName("Yarn_ID");
+  for (const int label : {4, 4, 4, 3, 3, 4, 4, 4, 4}) labels->InsertNextValue(label);
+  data->GetPointData()->AddArray(labels);
+  write_vtp(files_[0], data);
+  const auto states = open_states({files_[0]});
+  ASSERT_EQ(states->header().mesh.yarns.size(), 2u);
+  EXPECT_EQ(states->header().mesh.yarns[1].name, "yarn/4");
+  EXPECT_EQ(states->remarks(), std::vector<std::string>{"yarns are taken from the array \"Yarn_ID\""});
+  labels->SetValue(2, 3);
+  write_vtp(files_[1], data);
+  expect_complaint("array Yarn_ID: fiber 0 belongs to 4 and to 3");
+}
+
+TEST_F(VtpNodes, ArraysThatMayBeLabelsAreNamed) {
+  const vtkSmartPointer<vtkPolyData> data = polylines(straight, start);
+  data->GetCellData()->AddArray(text_labels({"a", "b", "a"}, "strand"));
+  write_vtp(files_[0], data);
+  const auto states = open_states({files_[0]});
+  EXPECT_EQ(states->header().mesh.yarns.size(), 1u);
+  EXPECT_EQ(states->remarks(),
+            std::vector<std::string>{"no array \"yarn\", so all fibers are one yarn; there are \"strand\""});
+}
+
+/// The same three fibers as `straight`, as segments in disorder, some of them backward, each with points of its own or
+/// not.
+TEST_F(VtpNodes, SegmentsAreJoined) {
+  const std::vector<std::pair<Index, Index>> segments = {{6, 7}, {0, 1}, {3, 4}, {8, 7}, {2, 1}, {5, 6}};
+  for (const bool own_points : {false, true}) {
+    const vtkSmartPointer<vtkPolyData> data = polylines(straight, {});
+    vtkNew<vtkPoints> points;
+    for (const auto& [a, b] : segments) {
+      const vtkIdType shared[] = {a, b};
+      const vtkIdType own[] = {points->InsertNextPoint(straight[a].data()),
+                               points->InsertNextPoint(straight[b].data())};
+      data->GetLines()->InsertNextCell(2, own_points ? own : shared);
+    }
+    if (own_points) data->SetPoints(points);
+    data->GetCellData()->AddArray(text_labels({"b", "b", "a", "b", "b", "b"}, "yarn"));
+    write_vtp(files_[0], data);
+    const auto states = open_states({files_[0]});
+    EXPECT_EQ(states->header().mesh.first_node, (std::vector<Index>{0, 2, 5, 9}));
+    EXPECT_EQ(states->remarks().at(0), "6 lines of two points were joined to 3 fibers");
+    const std::vector<Vec3> r = states->read(0).fibers.r;
+    EXPECT_EQ(std::vector<Vec3>(r.begin(), r.begin() + 2), (std::vector<Vec3>{{0, 5, 0}, {2, 5, 0}}));
+    EXPECT_EQ(states->header().mesh.arc_length, (std::vector<double>{0, 2, 0, 1, 3, 0, 2, 3, 7}));
+  }
+}
+
+TEST_F(VtpNodes, SegmentsThatAreNoFibers) {
+  const auto write = [&](const std::vector<std::pair<Index, Index>>& segments) {
+    const vtkSmartPointer<vtkPolyData> data = polylines(straight, {});
+    for (const auto& [a, b] : segments) {
+      const vtkIdType ids[] = {a, b};
+      data->GetLines()->InsertNextCell(2, ids);
+    }
+    write_vtp(files_[1], data);
+  };
+  write({{0, 1}, {1, 2}, {1, 3}});
+  expect_complaint("3 lines of two points meet at point 1: fibers do not branch");
+  write({{0, 1}, {1, 3}, {3, 0}, {5, 6}});
+  expect_complaint("form a closed ring");
+}
+
+TEST_F(VtpNodes, AUnitIsTakenOrMissed) {
+  std::vector<Vec3> large = straight;
+  for (Vec3& x : large) x *= 100;
+  const vtkSmartPointer<vtkPolyData> data = polylines(large, start);
+  write_vtp(files_[0], data);
+  EXPECT_NE(open_states({files_[0]})->remarks().at(0).find("the fibers reach over 700 m"), std::string::npos);
+  data->GetFieldData()->AddArray(text_labels({"um"}, "unit"));
+  write_vtp(files_[0], data);
+  const auto states = open_states({files_[0]});
+  EXPECT_TRUE(states->remarks().empty());
+  EXPECT_NEAR(states->read(0).fibers.r[2].x(), 300e-6, 1e-15);
+  data->GetFieldData()->AddArray(text_labels({"parsec per kg"}, "unit"));
+  write_vtp(files_[1], data);
+  expect_complaint("unit \"parsec per kg\"; must be one of length");
+}
 
 TEST_F(VtpNodes, FilesAreStates) {
   const auto states = open_states(files_);
@@ -409,6 +566,89 @@ TEST_F(VtpNodes, FilesOfDifferentKinds) {
             std::string::npos);
 }
 
+// ---- tables -------------------------------------------------------------------------------------------------------
+
+class TableNodes : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::unique_ptr<meso::FiberStates> states_of(const std::string& text) const {
+    write_text(path_, text);
+    return open_states({path_});
+  }
+  void expect_complaint(const std::string& text, const std::string& part) const {
+    const std::string message = input_error([&] { (void)states_of(text)->read(0); });
+    EXPECT_NE(message.find(part), std::string::npos) << "message: " << message << "\nexpected: " << part;
+    EXPECT_NE(message.find(path_.string()), std::string::npos) << message;
+  }
+
+  TemporaryFolder folder_;
+  fs::path path_ = folder_ / "nodes.csv";
+};
+
+/// Whatever separates the fields, and in whatever order the columns are.
+TEST_F(TableNodes, LinesAreNodes) {
+  for (const std::string text : {"# unit: um\nyarn,fiber,x,y,z\n\"weft, 1\",1,0,0,0\n\"weft, 1\",1,10,0,0.5\n\"weft, "
+                                 "1\",2,0,20,0\n\"weft, 1\",2,10,20,0\n",
+                                 "\xef\xbb\xbf# unit: um\r\nz;y;x;Fiber;Yarn_Name\r\n0;0;0;1;weft, "
+                                 "1\r\n0.5;0;+10;1;weft, 1\r\n0;20;0;2;weft, 1\r\n\r\n0;20;1e1;2;weft, 1",
+                                 "#unit: um\nyarn\tfiber\tx\ty\tz\nweft 1\t1\t0\t0\t0\nweft 1\t1\t10\t0\t0.5\nweft "
+                                 "1\t2\t0\t20\t0\nweft 1\t2\t10\t20\t0\n",
+                                 "# unit: um\n 1 0  0 0\n 1.0 10 0 0.5\n 2 0 20 0\n 2 10 20 0\n",
+                                 "# unit: um\n7 1 0 0 0\n7 1 10 0 0.5\n7 2 0 20 0\n7 2 10 20 0\n"}) {
+    const auto states = states_of(text);
+    EXPECT_EQ(states->header().mesh.first_node, (std::vector<Index>{0, 2, 4})) << text;
+    EXPECT_EQ(states->header().mesh.yarns.size(), 1u) << text;
+    const std::vector<Vec3> r = states->read(0).fibers.r;
+    ASSERT_EQ(r.size(), 4u) << text;
+    EXPECT_NEAR((r[1] - Vec3(10e-6, 0, 0.5e-6)).norm(), 0, 1e-20) << text;
+    EXPECT_EQ(states->read(0).stage, "nodes");
+  }
+  EXPECT_EQ(states_of("yarn,fiber,x,y,z\na,1,0,0,0\na,1,1,0,0\nb,1,0,1,0\nb,1,1,1,0\n")->header().mesh.yarns.size(),
+            2u);
+}
+
+TEST_F(TableNodes, WhatCannotBeIsToldWithItsLine) {
+  expect_complaint("", "holds no fiber nodes");
+  expect_complaint("# only\n", "holds no fiber nodes");
+  expect_complaint("a,b\n1,2\n", "line 1: no column \"x\"");
+  expect_complaint("fiber,x,y,z,x\n", "line 1: a second column \"x\"");
+  expect_complaint("1 2 3\n", "line 1: 3 numbers; without column names a line holds fiber, x, y, z or");
+  expect_complaint("fiber,x,y,z\n1,0,0\n", "line 2: 3 fields, expected 4");
+  expect_complaint("fiber,x,y,z\n1,0,0,nan\n", "line 2: \"nan\" is not a finite number");
+  expect_complaint("fiber,x,y,z\n1,0,0,1e400\n", "line 2: \"1e400\" is not a finite number");
+  expect_complaint("fiber,x,y,z\n1,0,0,0\n1,1,0,0\n2,0,1,0\n2,1,1,0\n1,2,0,0\n", "line 6: fiber 1 again");
+  expect_complaint("fiber,x,y,z\n1,0,0,0\n2,1,0,0\n", "a fiber needs at least 2 nodes");
+  expect_complaint("fiber,x,y,z\n1,0,0,0\n1,0,0,0\n", "nodes 0 and 1 of fiber 0 coincide");
+  expect_complaint("# unit: kg\nfiber,x,y,z\n1,0,0,0\n1,1,0,0\n", "line 1: unit \"kg\"; must be one of length");
+  expect_complaint("yarn,fiber,x,y,z\na\x1b,1,0,0,0\n", "line 2 holds \"a\\x1b\"; a yarn's name is a text");
+  expect_complaint(std::string(20'000, 'x'), "line 1: longer than 10000 bytes");
+}
+
+TEST_F(TableNodes, AFileOfAnotherKindIsToldWhichThereAre) {
+  const fs::path other = folder_ / "nodes.stl";
+  write_text(other, "solid fibers\n");
+  const std::string message = input_error([&] { (void)open_states({other}); });
+  for (const char* part : {"not an HDF5 file", ".vtp", ".csv"})
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+}
+
+TEST(Filters, ThatAreMissingAreCalledByTheirNames) {
+  const TemporaryFolder folder;
+  const fs::path path = folder / "lzf.h5";
+  {
+    const Hdf5File file(path);
+    const hsize_t size = 4;
+    const hid_t space = H5Screate_simple(1, &size, nullptr), properties = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(properties, 1, &size);
+    H5Pset_filter(properties, 32000, H5Z_FLAG_OPTIONAL, 0, nullptr);  // lzf, which is not here: data stay as they are
+    H5Gclose(H5Gcreate2(file.id(), "fibers", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    H5Dclose(H5Dcreate2(file.id(), "fibers/start", H5T_STD_I32LE, space, H5P_DEFAULT, properties, H5P_DEFAULT));
+    H5Pclose(properties), H5Sclose(space);
+  }
+  const std::string message = input_error([&] { (void)open_states({path}); });
+  EXPECT_NE(message.find("dataset fibers/start is compressed with lzf, which cannot be read here"), std::string::npos)
+      << message;
+}
+
 // ---- the guard ----------------------------------------------------------------------------------------------------
 
 TEST(Probe, TellsOfCrashesAndEndlessLoops) {
@@ -419,6 +659,16 @@ TEST(Probe, TellsOfCrashesAndEndlessLoops) {
   };
   EXPECT_NE(input_error([&] { probe("a.h5", endless, 1); }).find("a.h5: damaged: reading it does not end"),
             std::string::npos);
+}
+
+TEST(Probe, TellsOfReadingThatWaitsForEver) {
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_NE(input_error([] {
+              probe(
+                  "a file", [] { pause(); }, 1);
+            }).find("does not end within 5 s"),
+            std::string::npos);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(60));
 }
 
 TEST(Probe, LeavesErrorsToTheReadingItself) {

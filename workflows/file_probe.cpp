@@ -1,4 +1,4 @@
-#include "workflows/strains/file_probe.h"
+#include "workflows/file_probe.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -15,12 +15,15 @@
 namespace trame::workflows {
 namespace {
 
+/// Seconds on the clock for each of computing: the machine may be busy.
+constexpr unsigned wall_factor = 5;
+
 [[noreturn]] void read_and_exit(const std::function<void()>& read, unsigned seconds) {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
   allow_seconds(seconds);
   for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO}) dup2(open("/dev/null", O_WRONLY), descriptor);
-  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGXCPU}) std::signal(signal, SIG_DFL);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGXCPU, SIGALRM}) std::signal(signal, SIG_DFL);
   try {
     read();
   } catch (...) {  // told by the reading in the parent
@@ -31,6 +34,7 @@ namespace {
 }  // namespace
 
 void allow_seconds(unsigned seconds) {
+  // What waits for ever computes nothing: a pipe, a network file system that does not answer.
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
   const rlim_t spent = static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
@@ -38,6 +42,7 @@ void allow_seconds(unsigned seconds) {
   getrlimit(RLIMIT_CPU, &time);
   time.rlim_cur = std::min<rlim_t>(spent + seconds, time.rlim_max);
   setrlimit(RLIMIT_CPU, &time);
+  alarm(wall_factor * seconds);
 }
 
 void probe(const std::string& name, const std::function<void()>& read, unsigned seconds) {
@@ -48,6 +53,9 @@ void probe(const std::string& name, const std::function<void()>& read, unsigned 
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!WIFSIGNALED(status)) return;
+  if (WTERMSIG(status) == SIGALRM)
+    throw InputError(
+        fmt::format("{}: cannot be read: reading it does not end within {} s", name, wall_factor * seconds));
   if (WTERMSIG(status) == SIGXCPU)
     throw InputError(fmt::format("{}: damaged: reading it does not end within {} s", name, seconds));
   throw InputError(fmt::format("{}: damaged: reading it crashes (signal {})", name, WTERMSIG(status)));

@@ -1,0 +1,107 @@
+#include "workflows/run_main.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
+
+#include "micro/core/error.h"
+#include "micro/core/text.h"
+
+namespace trame::workflows {
+
+namespace {
+
+/// A file of results would else get the number of a closed stream, and what is printed would go into it.
+void open_standard_streams() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(descriptor, F_GETFD) < 0 && open("/dev/null", O_RDWR) != descriptor) _exit(exit_unexpected);
+}
+
+/// The lines of a message; what it quotes does not steer the terminal.
+std::string shown(const std::string& message) {
+  std::string text;
+  std::istringstream lines(message);
+  for (std::string line; std::getline(lines, line);) text += printable(line) + '\n';
+  return text;
+}
+
+/// Never fails: there may be no one to tell it to.
+int tell(const std::string& program, const std::string& message, int code) {
+  std::fflush(stdout);
+  std::fputs((program + ": " + shown(message)).c_str(), stderr);
+  return code;
+}
+
+constexpr const char* no_memory = "there is not enough memory for what is asked for";
+
+/// The end of the exception that is being handled.
+int tell_exception(const std::string& program) {
+  try {
+    throw;
+  } catch (const InputError& error) {
+    return tell(program, error.what(), exit_bad_input);
+  } catch (const WriteError& error) {
+    return tell(program, error.what(), exit_ended_early);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return tell(program, error.what(), exit_bad_input);
+  } catch (const std::system_error& error) {  // standard output on a full disk
+    return tell(program, error.what(), is_lack_of_space(error.code().value()) ? exit_ended_early : exit_unexpected);
+  } catch (const std::bad_alloc&) {
+    return tell(program, no_memory, exit_bad_input);
+  } catch (const std::length_error&) {  // the same, where the size is beyond all measure
+    return tell(program, no_memory, exit_bad_input);
+  } catch (const std::exception& error) {
+    return tell(program, fmt::format("unexpected failure: {}", error.what()), exit_unexpected);
+  } catch (...) {
+    return tell(program, "unexpected failure", exit_unexpected);
+  }
+}
+
+std::string running_program = "trame";
+
+/// Threads cannot hand their exceptions on. What a run has saved up to here is whole.
+[[noreturn]] void end_of_a_thread() {
+  const int code = std::current_exception() ? tell_exception(running_program)
+                                            : tell(running_program, "unexpected failure", exit_unexpected);
+  _exit(code == exit_bad_input ? exit_ended_early : code);
+}
+
+}  // namespace
+
+int run_main(const std::string& program, const std::function<int()>& body) {
+  open_standard_streams();
+  std::signal(SIGXFSZ, SIG_IGN);
+  running_program = program;
+  std::set_terminate(end_of_a_thread);
+  try {
+    return body();
+  } catch (...) {
+    return tell_exception(program);
+  }
+}
+
+bool parse_arguments(CLI::App& app, int argc, const char* const* argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {  // --help, --version
+    app.exit(success);
+    return false;
+  } catch (const CLI::ParseError& error) {
+    throw InputError(fmt::format("{} (--help explains the options)", error.what()));
+  }
+  return true;
+}
+
+}  // namespace trame::workflows
