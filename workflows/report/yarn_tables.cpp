@@ -20,7 +20,7 @@ std::string number(double value, const char* format = "{:.2f}") {
 std::string change(double a, double b, const char* format) { return number(a, format) + " → " + number(b, format); }
 
 std::string verdict_badge(meso::ContinuumVerdict verdict) {
-  constexpr std::array<const char*, 4> kinds = {"good", "fair", "bad", "none"};
+  constexpr std::array<const char*, 5> kinds = {"good", "fair", "bad", "none", "none"};
   return fmt::format("<span class=\"badge {}\">{}</span>", kinds[static_cast<std::size_t>(verdict)],
                      escaped(text(verdict)));
 }
