@@ -26,7 +26,7 @@
 #include <memory>
 #include <vector>
 
-#include "meso/yarn_fields.h"
+#include "meso/comparison.h"
 #include "micro/io/snapshot.h"
 
 namespace trame::meso {

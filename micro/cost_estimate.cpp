@@ -103,7 +103,9 @@ class StageCost {
     const FiberMesh& mesh = model_.field.mesh();
     for (Index f = 0; f < mesh.n_fibers(); ++f) {
       const bool enriched = model_.field.model(f) == FiberModel::enriched;
-      const Index n_dofs = enriched ? 9 * mesh.n_nodes(f) : 6 * (mesh.n_elements(f) + 1);
+      const Layout& layout = model_.layout;
+      const Index n_dofs =
+          layout.first_dof(model_.field.last_node(f) + 1) - layout.first_dof(model_.field.element_node(f, 0));
       add(enriched ? PricedEffect::enriched_beams : PricedEffect::rods,
           assemblies() * mesh.n_elements(f) * (enriched ? beam_element : rod_element), n_states * 8.0 * n_dofs)
           .n_dofs += n_dofs;
@@ -117,7 +119,7 @@ class StageCost {
     if (model_.bodies.n_bodies() == 0) return;
     const double n_ties = model_.ties ? static_cast<double>(model_.ties->n_terms()) : 0;
     add(PricedEffect::bodies, assemblies() * n_ties * tie_term, n_ties * sizeof(TieTerm)).n_dofs =
-        6 * model_.bodies.n_bodies();
+        model_.layout.first_dof(model_.bodies.n_bodies());  // their nodes come first
     const auto driven = [&](DofDrive::Kind kind) {
       return static_cast<double>(
           std::count_if(model_.drives.begin(), model_.drives.end(), [=](const DofDrive& d) { return d.kind == kind; }));

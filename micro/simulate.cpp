@@ -448,13 +448,11 @@ ModelSize model_size(const Scene& scene) {
   size.n_nodes = assembly.mesh.n_nodes();
   size.n_bodies = static_cast<Index>(assembly.body_names.size());
   for (const Stage& stage : scene.stages) {
-    const std::vector<FiberModel> models = models_in_stage(scene, assembly, stage);
-    std::int64_t n_dofs = 6 * size.n_bodies;
-    for (Index f = 0; f < size.n_fibers; ++f)
-      n_dofs +=
-          models[f] == FiberModel::enriched ? 9 * assembly.mesh.n_nodes(f) : 6 * (assembly.mesh.n_elements(f) + 1);
-    size.n_dofs_per_stage.push_back(n_dofs);
-    size.n_dofs = std::max(size.n_dofs, n_dofs);
+    Layout layout;
+    const RigidBodies bodies(size.n_bodies, layout);
+    const FiberField field(assembly.mesh, models_in_stage(scene, assembly, stage), layout);
+    size.n_dofs_per_stage.push_back(layout.n_dofs());
+    size.n_dofs = std::max<std::int64_t>(size.n_dofs, layout.n_dofs());
   }
   return size;
 }

@@ -4,9 +4,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 
-#include "meso/analyse.h"
+#include "meso/strain_series.h"
 #include "workflows/report/html_report.h"
 #include "workflows/workflow.h"
 
@@ -14,42 +15,53 @@ namespace trame::workflows {
 
 namespace {
 
-/// The yarns at the end of the run, for summary.json.
-nlohmann::json yarns_json(const micro::SnapshotReader& states, const meso::Analysis& analysis) {
+/// The yarns of a run, and its report's pairs of states.
+struct YarnResults {
+  meso::RunStates states;
+  meso::YarnComparer comparer;
+  std::vector<meso::Comparison> comparisons = {};
+
+  YarnResults(const std::filesystem::path& file, int n_threads)
+      : states(file),
+        comparer(states, {.bands_of = detailed_yarns(states.header().mesh.yarns, {}), .n_threads = n_threads}) {}
+};
+
+/// Strains from the flat start to the end of the run, for summary.json.
+nlohmann::json yarns_json(const micro::FiberMesh& mesh, const std::vector<meso::YarnStrain>& strains) {
   nlohmann::json yarns = nlohmann::json::array();
-  for (const meso::YarnStrain& strain : analysis.strains) {
-    if (strain.increment != states.n_increments() - 1) continue;
-    yarns.push_back({{"name", states.header().mesh.yarns[strain.yarn].name},
-                     {"n_tets", strain.n_tets},
-                     {"n_flagged", strain.n_flagged},
-                     {"E_axial_mean", strain.axial.mean},
-                     {"E_axial_min", strain.axial.min},
-                     {"E_axial_max", strain.axial.max}});
-  }
+  for (const meso::YarnStrain& strain : strains)
+    if (strain.n_tets > 0)
+      yarns.push_back({{"name", mesh.yarns[strain.yarn].name},
+                       {"n_tets", strain.n_tets},
+                       {"n_flagged", strain.n_flagged},
+                       {"E_axial_mean", strain.axial.mean},
+                       {"E_axial_min", strain.axial.min},
+                       {"E_axial_max", strain.axial.max}});
   return {{"yarns", yarns}};
 }
 
-/// Strains of all yarns from the flat start to every saved state.
-nlohmann::json analyse_yarns(const OutputDirectory& out, int n_threads, Timers& timers, Terminal& terminal) {
-  const auto time = timers.measure(Phase::meso);
-  const micro::SnapshotReader states(out.states());
-  meso::AnalyseOptions options;
-  options.vtk_folder = out.vtk();
-  options.n_threads = n_threads;
-  const meso::Analysis analysis = meso::analyse(states, options);
-  terminal.line(
-      fmt::format("Strains of yarns: {} tetrahedra, {} saved states", analysis.n_tets(), states.n_increments()));
-  return yarns_json(states, analysis);
+/// Strains of all yarns from the flat start to every saved state, and everything between the report's pairs.
+nlohmann::json analyse_yarns(YarnResults& results, const OutputDirectory& out, Terminal& terminal) {
+  const Index n_states = results.states.n_increments();
+  const std::vector<meso::StatePair> pairs = pairs_of_run(results.states);
+  std::vector<meso::YarnStrain> last;
+  meso::StrainSeries series{.vtk_folders = {out.vtk()}};
+  for (const meso::StatePair& pair : pairs)
+    if (pair.from == 0) series.compare.push_back(pair.to);
+  series.on_state = [&](const meso::StateStrains& strains) { last = strains.meshes.front().summaries; };
+  results.comparisons = follow(results.comparer, series);
+  for (const meso::StatePair& pair : pairs)
+    if (pair.from != 0) results.comparisons.push_back(results.comparer.compare(pair));
+  terminal.line(fmt::format("Strains of yarns: {} tetrahedra, {} saved states",
+                            results.comparer.n_tets(meso::MeshKind::delaunay), n_states));
+  return yarns_json(results.states.header().mesh, last);
 }
 
-void report(const OutputDirectory& out, Terminal& terminal) {
-  const meso::RunStates states(out.states());
-  const std::string lacks = write_report({.states = states,
-                                          .pairs = pairs_of_run(states),
-                                          .file = out.report(),
-                                          .yarns = {},
-                                          .summary = out.summary(),
-                                          .curves = std::filesystem::exists(out.curves()) ? out.curves() : ""});
+void report(const YarnResults& results, const OutputDirectory& out, Terminal& terminal) {
+  ReportInput input{.states = results.states, .comparisons = {}, .file = out.report(), .summary = out.summary()};
+  for (const meso::Comparison& comparison : results.comparisons) input.comparisons.push_back(&comparison);
+  if (std::filesystem::exists(out.curves())) input.curves = out.curves();
+  const std::string lacks = write_report(input);
   if (!lacks.empty()) terminal.line("The report lacks something: " + lacks);
 }
 
@@ -59,10 +71,16 @@ void report(const OutputDirectory& out, Terminal& terminal) {
 
 int main(int argc, char** argv) {
   using namespace trame::workflows;
+  std::unique_ptr<YarnResults> results;
   return run_program(
       {.name = "run_workflow",
        .description = "Simulates the fibers of a scene, then computes the strains of its yarns and writes a report.",
-       .from_states = analyse_yarns,
-       .from_results = report},
+       .from_states =
+           [&](const OutputDirectory& out, int n_threads, trame::Timers& timers, Terminal& terminal) {
+             const auto time = timers.measure(trame::Phase::meso);
+             results = std::make_unique<YarnResults>(out.states(), n_threads);
+             return analyse_yarns(*results, out, terminal);
+           },
+       .from_results = [&](const OutputDirectory& out, Terminal& terminal) { report(*results, out, terminal); }},
       argc, argv);
 }

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <utility>
 
+#include "micro/fiber/lagrange.h"
 #include "micro/io/vtk_series.h"
 
 namespace trame::micro {
@@ -23,19 +24,8 @@ struct Element {
   const FiberMesh& mesh;
   Index first;
 
-  /// d/ds of the Lagrange polynomials of the three nodes at arc length s.
-  [[nodiscard]] std::array<double, 3> slopes(double s) const {
-    const double* at = &mesh.arc_length[first];
-    std::array<double, 3> slope{};
-    for (int i = 0; i < 3; ++i) {
-      const double a = at[(i + 1) % 3], b = at[(i + 2) % 3];
-      slope[i] = (2 * s - a - b) / ((at[i] - a) * (at[i] - b));
-    }
-    return slope;
-  }
   [[nodiscard]] Vec3 derivative(const std::vector<Vec3>& r, double s) const {
-    const auto slope = slopes(s);
-    return slope[0] * r[first] + slope[1] * r[first + 1] + slope[2] * r[first + 2];
+    return lagrange_shape(&mesh.arc_length[first], s).derivative(r, first);
   }
   [[nodiscard]] Vec3 second_derivative(const std::vector<Vec3>& r) const {
     const double h = mesh.arc_length[first + 2] - mesh.arc_length[first];

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <random>
 
-#include "meso/findings.h"
+#include "meso/strain_series.h"
 #include "tests/support/temporary_folder.h"
 
 namespace trame::meso {
@@ -82,10 +82,14 @@ void strains_of_a_patch(benchmark::State& bench) {
   const auto n_increments = static_cast<Index>(bench.range(0));
   const PatchStates states(n_increments + 1);
   const trame::test::TemporaryFolder folder;
-  AnalyseOptions options{.mesh = {.kind = kind}, .vtk_folder = folder.path()};
-  for (Index i = 1; i <= n_increments; ++i) options.to.push_back(i);
+  StrainSeries series{.vtk_folders = {folder.path()}};
+  for (Index i = 1; i <= n_increments; ++i) series.to.push_back(i);
   Index n_tets = 0;
-  for (auto _ : bench) n_tets = analyse(states, options).n_tets();
+  for (auto _ : bench) {
+    const YarnComparer comparer(states, {.meshes = {kind}});
+    (void)follow(comparer, series);
+    n_tets = comparer.n_tets(kind);
+  }
   bench.counters["tets"] = n_tets;
 }
 
@@ -98,16 +102,15 @@ double peak_megabytes() {
 void pair_with_everything(benchmark::State& bench) {
   const PatchStates states(2);
   const trame::test::TemporaryFolder folder;
-  const std::vector<Index> yarns = choose_yarns(states.header().mesh.yarns, {});
   double n_bands = 0, n_zones = 0;
   for (auto _ : bench) {
-    const Analysis analysis = analyse(states, {.to = {1}, .vtk_folder = folder.path()});
-    const micro::FiberConfiguration a = states.read(0).fibers, b = states.read(1).fibers;
-    const auto findings = yarn_findings(states, yarns, a, b, 12);
+    const YarnComparer comparer(states);
+    const auto comparisons = follow(comparer, {.from = 0, .to = {1}, .compare = {1}, .vtk_folders = {folder.path()}});
     n_bands = n_zones = 0;
-    for (const auto& cuts : yarn_bands(analysis, findings, a.r))
-      for (const SectionBands& cut : cuts) n_bands += double(cut.bands.size());
-    for (const YarnFields& fields : analysis.fields) n_zones += double(fields.zones.zones.size());
+    for (const YarnComparison& yarn : comparisons.at(0).yarns) {
+      for (const SectionBands& cut : yarn.on_mesh().bands) n_bands += double(cut.bands.size());
+      n_zones += double(yarn.on_mesh().fields.zones.zones.size());
+    }
   }
   bench.counters["bands"] = n_bands;
   bench.counters["zones"] = n_zones;

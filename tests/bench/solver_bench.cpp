@@ -5,60 +5,12 @@
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
-#include "micro/contact/contact.h"
-#include "micro/fiber/enriched_beam.h"
-#include "micro/fiber/rod.h"
-#include "micro/solve/linear_solver.h"
-#include "micro/weave/flat_start.h"
+#include "tests/bench/bundle.h"
 
 namespace trame::micro {
 namespace {
 
-/// A bundle of fibers of radius 1 that touch their neighbours all along, 40 elements each.
-struct Bundle {
-  Bundle(Index n_fibers, FiberModel model)
-      : assembly(make_assembly(n_fibers, model)), field(assembly.mesh, std::vector(n_fibers, model), layout),
-        contact(field, {}, std::vector(n_fibers, 1.0)) {
-    state.q.assign(layout.n_vectors(), Vec3::Zero());
-    field.read_configuration(assembly.configuration, state);
-    contact.begin_step(state, 1);
-    contact.update(state, Effect::Update::everything);
-    if (model == FiberModel::enriched)
-      elastic =
-          std::make_unique<EnrichedBeams>(field, std::vector(n_fibers, material()), assembly.configuration, false);
-    else
-      elastic = std::make_unique<Rods>(field, std::vector(n_fibers, material()));
-    Pattern::Builder builder;
-    contact.announce(builder);
-    elastic->announce(builder);
-    pattern = Pattern(layout, builder);
-    values.resize(pattern.n_values());
-    force.resize(layout.n_dofs());
-    magnitude.resize(layout.n_vectors());
-  }
-  static Material material() { return {"m", 1, 1, 0.4, 0.25, 0.25}; }
-  static Assembly make_assembly(Index n_fibers, FiberModel model) {
-    Scene scene;
-    scene.materials = {material()};
-    scene.fiber_types = {{"f", 0, 1.0, model}};
-    scene.bundles = {{"b", 0, {{0, 0, 0}, {400, 0, 0}}, 40, n_fibers, 0, 1.0, 0.5}};
-    return assemble_scene(scene);
-  }
-  void assemble(const Effect& effect) {
-    Assembler assembler(layout, &pattern, 0, layout.n_nodes(), force.data(), magnitude.data(), values.data(),
-                        Assembler::Tangent::exact);
-    effect.add(state, assembler);
-  }
-
-  Assembly assembly;
-  Layout layout;
-  FiberField field;
-  Contact contact;
-  State state;
-  std::unique_ptr<Effect> elastic;
-  Pattern pattern;
-  std::vector<double> values, force, magnitude;
-};
+using bench::Bundle;
 
 void report_per_fiber(benchmark::State& bench) {
   bench.counters["per fiber"] = benchmark::Counter(
@@ -88,13 +40,7 @@ void contact_assembly(benchmark::State& bench) {
 template <FiberModel model, FactorPrecision precision>
 void factorization(benchmark::State& bench) {
   Bundle bundle(static_cast<Index>(bench.range(0)), model);
-  bundle.assemble(*bundle.elastic);
-  bundle.assemble(bundle.contact);
-  for (Index j = 0; j < bundle.layout.n_nodes(); ++j)  // holds the free bundle
-    for (Index c = 0; c < 3 * bundle.layout.n_vectors(j); ++c)
-      bundle
-          .values[bundle.pattern.value_start(j) + static_cast<std::size_t>(c) * bundle.pattern.column_height(j) + c] +=
-          0.1;
+  bundle.assemble_matrix();
   LinearSolver solver(bundle.layout, precision, omp_get_max_threads());
   solver.set_pattern(bundle.pattern);
   for (auto _ : bench)

@@ -13,6 +13,7 @@
 #include "support/lattice_yarns.h"
 #include "support/process.h"
 #include "support/temporary_folder.h"
+#include "support/text_file.h"
 #include "workflows/picture/patch_shapes.h"
 #include "workflows/picture/picture_frame.h"
 
@@ -171,7 +172,12 @@ TEST_F(RenderPatch, NamesTheOptionThatIsWrong) {
       {{"--out", "a.png", "--view", "side"}, "--view"},
       {{"--out", "a.png", "--view", "cut", "--at", "z=0um"}, "--at z=0um"},
       {{"--out", "a.png", "--view", "cut", "--at", "x=5 kg"}, "--at x=5 kg"},
-      {{"--out", "a.png", "--width", "10"}, "--width"}};
+      {{"--out", "a.png", "--width", "10"}, "--width"},
+      {{}, "--out"},
+      {{"--picture", "side", "0", "300", "a.png"}, "--picture side"},
+      {{"--picture", "top", "7", "300", "a.png"}, "--picture 7"},
+      {{"--picture", "top", "0", "10", "a.png"}, "--picture: width 10"},
+      {{"--picture", "top", "0", "300", "a.jpg"}, "--picture a.jpg"}};
   for (const auto& [arguments, mention] : cases) {
     const Outcome outcome = render(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << mention;
@@ -229,6 +235,17 @@ TEST_F(RenderPatch, DrawsTheOtherViews) {
 }
 
 /// Needs ParaView, which does not install beside VTK's headers on Debian 12: data/paraview/README.md.
+TEST_F(RenderPatch, DrawsSeveralPicturesAtOnceAsOneByOne) {
+  if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "needs xvfb-run";
+  const Outcome both = render_in_xvfb(
+      {"--picture", "top", "0", "300", "top.png", "--picture", "perspective", "last", "400", "perspective.png"});
+  ASSERT_EQ(both.exit_code, 0) << both.err;
+  ASSERT_EQ(render_in_xvfb({"--view", "perspective", "--width", "400", "--out", "alone.png"}).exit_code, 0);
+  const auto bytes = [&](const char* file) { return test::read_text(folder_ / file); };
+  EXPECT_FALSE(bytes("top.png").empty());
+  EXPECT_EQ(bytes("perspective.png"), bytes("alone.png"));
+}
+
 TEST(ParaViewStudy, TraceShowsAllViews) {
   const char* pvbatch = std::getenv("TRAME_PVBATCH");
   if (pvbatch == nullptr) GTEST_SKIP() << "TRAME_PVBATCH must name ParaView's pvbatch";

@@ -10,7 +10,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "meso/sections.h"
+#include "meso/comparison.h"
 #include "micro/core/error.h"
 #include "micro/core/wildcard.h"
 #include "micro/io/snapshot.h"
@@ -82,66 +82,57 @@ double thickness(const FiberMesh& mesh, const FiberConfiguration& fibers) {
 }
 
 /// Axial strains of the fibers of a family since `a`, at nine stations of each yarn.
+/// Sums over the yarns of a family, at their stations.
 struct FamilyStrains {
   double sum = 0, largest = -std::numeric_limits<double>::infinity(), side = 0, centre = 0, crimp = 0;
-  Index n = 0, n_sections = 0, n_yarns = 0;
+  Index n = 0, n_yarns = 0;
 };
 
-void add_yarn(const FiberMesh& mesh, const Yarn& yarn, const Increment& a, const Increment& b, FamilyStrains& strains) {
-  const meso::YarnSections sections(mesh, yarn, b.fibers);
-  for (int i = 1; i < 10; ++i) {
-    const meso::Section section = sections.at_fraction(0.1 * i);
-    if (section.status != meso::SectionStatus::ok) continue;
-    const std::vector<double> values = meso::axial_strains(mesh, section, a.fibers.r, b.fibers.r);
-    for (const double e : values) {
+void add_yarn(const meso::YarnComparison& yarn, FamilyStrains& strains) {
+  for (const meso::SectionPair& pair : yarn.sections) {
+    if (!pair.is_station()) continue;
+    for (const double e : pair.fiber_strain) {
       if (!std::isfinite(e)) continue;
       strains.sum += e;
       strains.largest = std::max(strains.largest, e);
       ++strains.n;
     }
-    const meso::SideToCentre parts = meso::side_to_centre(section, values);
-    if (!std::isfinite(parts.side) || !std::isfinite(parts.centre)) continue;
-    strains.side += parts.side;
-    strains.centre += parts.centre;
-    ++strains.n_sections;
   }
-  Vec3 first = Vec3::Zero(), end = Vec3::Zero();
-  for (Index f = yarn.first_fiber; f < yarn.first_fiber + yarn.n_fibers; ++f) {
-    first += b.fibers.r[mesh.first_node[f]] / yarn.n_fibers;
-    end += b.fibers.r[mesh.first_node[f + 1] - 1] / yarn.n_fibers;
-  }
-  strains.crimp += sections.length() / (end - first).norm() - 1;
+  strains.crimp += yarn.crimp_b;
   ++strains.n_yarns;
+  if (!std::isfinite(yarn.means.axial_side) || !std::isfinite(yarn.means.axial_centre)) return;
+  strains.side += yarn.means.axial_side;
+  strains.centre += yarn.means.axial_centre;
 }
 
-void add_yarns(const FiberMesh& mesh, const Increment& a, const Increment& b, std::vector<Quantity>& quantities) {
+void add_yarns(const FiberMesh& mesh, const meso::Comparison& comparison, std::vector<Quantity>& quantities) {
   for (const YarnFamily family : {YarnFamily::warp, YarnFamily::weft, YarnFamily::free}) {
     FamilyStrains strains;
-    for (const Yarn& yarn : mesh.yarns)
-      if (yarn.family == family) add_yarn(mesh, yarn, a, b, strains);
+    for (const meso::YarnComparison& yarn : comparison.yarns)
+      if (mesh.yarns[yarn.yarn].family == family) add_yarn(yarn, strains);
     if (strains.n == 0) continue;
     const std::string name = family_names[static_cast<std::size_t>(family)];
     if (family != YarnFamily::free)
       quantities.push_back({name + "_crimp", strains.crimp / strains.n_yarns, "crimp", false});
     quantities.push_back({name + "_mean_axial_strain", strains.sum / strains.n, "mean axial strain", false});
     quantities.push_back({name + "_largest_axial_strain", strains.largest, "largest axial strain", false});
-    if (family != YarnFamily::free && strains.n_sections > 0 && strains.centre != 0)
+    if (family != YarnFamily::free && strains.centre != 0)
       quantities.push_back({name + "_side_to_centre", strains.side / strains.centre, "side to centre", false});
   }
 }
 
 /// Where the last stage began: the last saved increment of the stage before.
-Increment start_of_last_stage(const SnapshotReader& states, const Increment& last) {
+Index start_of_last_stage(const meso::FiberStates& states, const Increment& last) {
   for (Index i = states.n_increments() - 1; i-- > 0;)
-    if (Increment before = states.read(i); before.stage != last.stage) return before;
-  return states.read(0);
+    if (states.read(i).stage != last.stage) return i;
+  return 0;
 }
 
 }  // namespace
 
 std::vector<Quantity> read_quantities(const Scene& scene, const std::filesystem::path& folder) {
   std::vector<Quantity> quantities;
-  const SnapshotReader states(folder / "states.h5");
+  const meso::RunStates states(folder / "states.h5");
   const Increment last = states.read(states.n_increments() - 1), start = states.read(0);
   if (scene.weave)
     add_side_forces(read_curves(folder / "curves.csv"), quantities);
@@ -149,7 +140,8 @@ std::vector<Quantity> read_quantities(const Scene& scene, const std::filesystem:
     add_bodies(scene, states.header(), start, last, quantities);
   const FiberMesh& mesh = states.header().mesh;
   if (scene.weave) quantities.push_back({"thickness_m", thickness(mesh, last.fibers), "thickness", false});
-  add_yarns(mesh, start_of_last_stage(states, last), last, quantities);
+  const meso::YarnComparer comparer(states, {.bands_of = std::vector<Index>(), .n_threads = 1});
+  add_yarns(mesh, comparer.compare({start_of_last_stage(states, last), states.n_increments() - 1}), quantities);
   const EnergyRecord& energy = last.solver.energy;
   quantities.push_back({"stored_energy_J", energy.stored, "stored energy", false});
   quantities.push_back({"friction_energy_J", energy.friction, "friction energy", false});

@@ -38,6 +38,9 @@ namespace {
 
 constexpr int oversampling = 2;      // pixels drawn for a pixel written, each way
 constexpr double longest_bar = 0.2;  // of the picture's width
+/// Of a drawn pixel; blurred over 4 × 4 pixels and shrunk, a written pixel sees many more. Their number is what a
+/// picture costs where the processor draws.
+constexpr int n_occlusion_samples = 24;
 const Vec3 ink(0.15, 0.15, 0.15);
 
 std::vector<Vec3> points_of(const std::vector<vtkPolyData*>& shapes) {
@@ -133,7 +136,7 @@ void add_ambient_occlusion(vtkRenderer* renderer, double radius) {
   occlusion->SetDelegatePass(steps);
   occlusion->SetRadius(radius);
   occlusion->SetBias(0.05 * radius);
-  occlusion->SetKernelSize(64);
+  occlusion->SetKernelSize(n_occlusion_samples);
   occlusion->BlurOn();
   renderer->SetPass(occlusion);
 }

@@ -35,12 +35,7 @@ std::string bodies_table(const std::vector<std::string>& names, const micro::Bod
     rows.rows.push_back({escaped(names[b]), components(last.position[b] - first.position[b], 1e6),
                          fmt::format("{:.4g}", degrees(last.rotation[b] * first.rotation[b].transpose())),
                          components(last.force[b], 1e3), components(last.moment[b], 1e9)});
-  const std::string rest =
-      names.size() > most_rows ? fmt::format(" The first {} of {} bodies.", most_rows, names.size()) : std::string();
-  return table(rows) + paragraph(
-                           "In the last state: motion since the reference, and the force and moment from outside, "
-                           "those of the drives and what holds the body; in x, y, z." +
-                           rest);
+  return table(rows);
 }
 
 /// The bodies that move, and each one's direction, from the first state to the last.
@@ -97,9 +92,7 @@ std::string curves_figure(const meso::FiberStates& states, Index last, const mic
                             plot_title(states.header().body_names[moving[m].body]));
   const std::optional<std::string> svg = gnuplot_svg(commands + "\n", "760,430");
   if (!svg) return note("No curves: gnuplot draws them, and it is not installed or failed.");
-  return figure(inline_image(*svg, "image/svg+xml", "force over motion of bodies"),
-                "Bodies that have moved: force on each, over its motion, both along the line from where it started to "
-                "where it ended; all saved states.");
+  return figure(inline_image(*svg, "image/svg+xml", "force over motion of bodies"), filled("bodies_caption"));
 }
 
 }  // namespace
@@ -108,7 +101,11 @@ std::string bodies_html(const meso::FiberStates& states, Index last) {
   const std::vector<std::string>& names = states.header().body_names;
   if (names.empty()) return {};
   const micro::BodyRecord first = states.read(0).bodies, end = states.read(last).bodies;
-  return bodies_table(names, first, end) + curves_figure(states, last, first, movers(first, end));
+  return filled("bodies", {{"table", bodies_table(names, first, end)},
+                           {"cut", names.size() > most_rows},
+                           {"shown", std::to_string(most_rows)},
+                           {"all", std::to_string(names.size())},
+                           {"curves", curves_figure(states, last, first, movers(first, end))}});
 }
 
 }  // namespace trame::workflows

@@ -4,6 +4,8 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 
 namespace trame::workflows {
@@ -20,12 +22,8 @@ namespace trame::workflows {
 
 /// In all that follows, content is HTML and captions are too; `kind` is a CSS class.
 [[nodiscard]] std::string figure(const std::string& content, const std::string& caption, const char* kind = "");
-[[nodiscard]] std::string paragraph(const std::string& content);
 /// Something that the report cannot show, and why.
 [[nodiscard]] std::string note(const std::string& content);
-/// `id`: what links lead to.
-[[nodiscard]] std::string section(const std::string& id, const std::string& title, const std::string& content);
-
 /// First cells of rows are their headings. Rows may be shorter than the header.
 struct HtmlTable {
   std::vector<std::string> header;
@@ -34,7 +32,17 @@ struct HtmlTable {
 };
 [[nodiscard]] std::string table(const HtmlTable& table);
 
-/// A whole page.
-[[nodiscard]] std::string page(const std::string& title, const std::string& content);
+/// What fills a field of a template: text, whether a part is there, or a part for each of a list.
+struct Fields;
+using Field = std::variant<std::string, bool, std::vector<Fields>>;
+struct Fields : std::vector<std::pair<std::string, Field>> {
+  using vector::vector;
+};
+
+/// page/NAME.mustache with its fields filled in: {{text}} is escaped, {{{HTML}}} is not.
+[[nodiscard]] std::string filled(std::string_view name, const Fields& fields = {});
+
+/// The style sheet of the page.
+[[nodiscard]] std::string_view style();
 
 }  // namespace trame::workflows

@@ -13,22 +13,23 @@ namespace trame::workflows {
 
 struct ReportInput {
   const meso::FiberStates& states;
-  std::vector<StatePair> pairs;                ///< strains from A to B, at least one; pictures show the last B
+  /// Of these states, at least one; pictures show the last B.
+  std::vector<const meso::Comparison*> comparisons;
   std::filesystem::path file = "report.html";  ///< what is written
-  std::vector<std::string> yarns = {};  ///< to show section by section, * and ? are wildcards; empty: the middle one of
-                                        ///< each family
-  std::filesystem::path summary = {};   ///< summary.json of the run; empty: certificates of the last B only, no times
-  std::filesystem::path curves = {};    ///< curves.csv of the run; empty: no force-strain curves
-  bool draw_patch = true;               ///< pictures of the patch, which take seconds
+  std::vector<std::string> yarns =
+      {};  ///< to show section by section, see `detailed_yarns`; those without bands are not
+  std::filesystem::path summary = {};  ///< summary.json of the run; empty: certificates of the last B only, no times
+  std::filesystem::path curves = {};   ///< curves.csv of the run; empty: no force-strain curves
+  bool draw_patch = true;              ///< pictures of the patch, which take seconds
 };
 
 /// Writes the report. Returns what it lacks and why, for the terminal; nothing where it is whole. Throws InputError for
-/// states or yarns that there are not and for files that cannot be read, WriteError for a report that cannot be written;
-/// then nothing is left behind.
+/// yarns that there are not and for files that cannot be read, WriteError for a report that cannot be written; then
+/// nothing is left behind.
 std::string write_report(const ReportInput& input);
 
 /// The pairs that tell the story of a run: from the reference to where its last stage begins, and from there to the
 /// end. One pair where there is but one stage.
-[[nodiscard]] std::vector<StatePair> pairs_of_run(const meso::FiberStates& states);
+[[nodiscard]] std::vector<meso::StatePair> pairs_of_run(const meso::FiberStates& states);
 
 }  // namespace trame::workflows

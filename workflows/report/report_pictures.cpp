@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Command = std::vector<std::string>;
 
-constexpr int half_page = 640, whole_page = 1280;  // pixels; the page is 1080 wide
+constexpr int half_page = 540, whole_page = 1040;  // pixels, as the page shows them
 
 /// Views of render_patch, and what captions call them.
 constexpr std::array<std::pair<const char*, const char*>, 3> views = {
@@ -101,30 +101,23 @@ PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const
   const micro::FiberMesh& mesh = states.header().mesh;
   const std::vector<Vec3> r = states.read(state).fibers.r;
   const micro::Yarn& along = yarn_to_cut(mesh, r);
-  const Command render = {(program_folder() / "render_patch").string(),
-                          "states.h5",
-                          "--out",
-                          "picture.png",
-                          "--at",
-                          plane_along(mesh, along, r)};
-  const char* display = std::getenv("DISPLAY");
-  Command server = display != nullptr && *display != '\0' ? Command{} : own_server;
+  // All from one process, which starts VTK, and where need be an X server, but once.
+  Command render = {(program_folder() / "render_patch").string(), "states.h5", "--at", plane_along(mesh, along, r)};
   PatchPictures result;
   for (const auto& [view, what] : views)
     for (const auto& [increment, which] : {std::pair<const char*, std::string>{"0", "reference"}, {"1", name}}) {
       if (state == 0 && *increment == '1') continue;
       const bool wide = std::string_view(view) == "cut";
-      const Command picture = joined(
-          render, {"--view", view, "--increment", increment, "--width", std::to_string(wide ? whole_page : half_page)});
-      bool drawn = run_quietly(folder.path(), joined(server, picture));
-      if (!drawn && server.empty()) {
-        server = own_server;
-        drawn = run_quietly(folder.path(), joined(server, picture));
-      }
-      if (!drawn) return {{}, why_not()};
-      result.pictures.push_back({bytes_of(folder.path() / "picture.png"),
-                                 fmt::format("{}, {}{}", which, what, wide ? escaped(along.name) : ""), wide});
+      const std::string file = fmt::format("{}_{}.png", view, increment);
+      render = joined(std::move(render),
+                      {"--picture", view, increment, std::to_string(wide ? whole_page : half_page), file});
+      result.pictures.push_back({file, fmt::format("{}, {}{}", which, what, wide ? escaped(along.name) : ""), wide});
     }
+  const char* display = std::getenv("DISPLAY");
+  const bool drawn = (display != nullptr && *display != '\0' && run_quietly(folder.path(), render)) ||
+                     run_quietly(folder.path(), joined(own_server, render));
+  if (!drawn) return {{}, why_not()};
+  for (ReportPicture& picture : result.pictures) picture.png = bytes_of(folder.path() / picture.png);
   return result;
 }
 

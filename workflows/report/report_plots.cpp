@@ -47,18 +47,19 @@ std::vector<std::string> csv_fields(const std::string& line) {
 }
 
 /// Share of volume (%) of a family in each of n equal bins from low to high.
-std::vector<double> shares(const ReportData& data, micro::YarnFamily family, std::size_t quantity, double low,
+std::vector<double> shares(const ReportData& data, micro::YarnFamily family, const StrainQuantity& quantity, double low,
                            double high, std::size_t n) {
   std::vector<double> result(n, 0.0);
   double volume = 0;
-  for (const YarnField& yarn : data.fields) {
-    if (!yarn.field || data.header.mesh.yarns[yarn.mesh->yarn].family != family) continue;
-    const std::vector<double> values = strain_values(*yarn.field, quantity);
+  for (const meso::YarnComparison& yarn : data.comparison.yarns) {
+    if (data.yarn(yarn).family != family) continue;
+    const meso::YarnOnMesh& on = yarn.on_mesh();
+    const std::vector<double> values = values_of(on.fields.strain, quantity.component);
     for (std::size_t t = 0; t < values.size(); ++t) {
       if (!std::isfinite(values[t])) continue;
-      volume += yarn.mesh->volumes[t];
+      volume += on.mesh.volumes[t];
       const double at = (values[t] - low) / (high - low) * static_cast<double>(n);
-      if (at >= 0 && at < static_cast<double>(n)) result[static_cast<std::size_t>(at)] += yarn.mesh->volumes[t];
+      if (at >= 0 && at < static_cast<double>(n)) result[static_cast<std::size_t>(at)] += on.mesh.volumes[t];
     }
   }
   for (double& share : result) share = volume > 0 ? 100 * share / volume : 0;
@@ -66,40 +67,38 @@ std::vector<double> shares(const ReportData& data, micro::YarnFamily family, std
 }
 
 /// The range that leaves out 1 % of the tetrahedra at either end; empty (high ≤ low) without any.
-std::pair<double, double> histogram_range(const ReportData& data, std::size_t quantity) {
+std::pair<double, double> histogram_range(const ReportData& data, const StrainQuantity& quantity) {
   std::vector<double> all;
-  for (const YarnField& yarn : data.fields)
-    if (yarn.field)
-      for (const double value : strain_values(*yarn.field, quantity))
-        if (std::isfinite(value)) all.push_back(value);
+  for (const meso::YarnComparison& yarn : data.comparison.yarns)
+    for (const double value : values_of(yarn.on_mesh().fields.strain, quantity.component))
+      if (std::isfinite(value)) all.push_back(value);
   if (all.empty()) return {0, 0};
   std::sort(all.begin(), all.end());
-  const auto at = [&](double share) { return all[static_cast<std::size_t>(share * double(all.size() - 1))]; };
-  return {at(0.01), at(0.99)};
+  return {meso::quantile(all, 0.01), meso::quantile(all, 0.99)};
 }
 
-bool has_field(const ReportData& data, micro::YarnFamily family) {
-  return std::any_of(data.fields.begin(), data.fields.end(), [&](const YarnField& yarn) {
-    return yarn.field && data.header.mesh.yarns[yarn.mesh->yarn].family == family;
-  });
+bool has_mesh(const ReportData& data, micro::YarnFamily family) {
+  return std::any_of(data.comparison.yarns.begin(), data.comparison.yarns.end(),
+                     [&](const auto& yarn) { return yarn.on_mesh().has_mesh() && data.yarn(yarn).family == family; });
 }
 
 /// One of the four diagrams: a data block, then the plot of it.
-std::string histogram_commands(const ReportData& data, std::size_t quantity) {
+std::string histogram_commands(const ReportData& data, std::size_t index) {
   constexpr std::size_t n = 40;
+  const StrainQuantity& quantity = strain_quantities[index];
   const auto [low, high] = histogram_range(data, quantity);
   if (high <= low) return {};
-  std::string block = fmt::format("$data{} << EOD\n", quantity), plot;
+  std::string block = fmt::format("$data{} << EOD\n", index), plot;
   std::array<std::vector<double>, 3> of_family;
   for (std::size_t f = 0; f < 3; ++f) of_family[f] = shares(data, families[f], quantity, low, high, n);
   for (std::size_t i = 0; i < n; ++i)
     block += fmt::format("{:.6g} {:.6g} {:.6g} {:.6g}\n", 100 * (low + (double(i) + 0.5) * (high - low) / n),
                          of_family[0][i], of_family[1][i], of_family[2][i]);
   for (std::size_t f = 0; f < 3; ++f)
-    if (has_field(data, families[f]))
+    if (has_mesh(data, families[f]))
       plot += fmt::format("{}$data{} using 1:{} with histeps linewidth 2 linecolor rgb '{}' title '{}'",
-                          plot.empty() ? "plot " : ", ", quantity, f + 2, family_colour(families[f]), family_names[f]);
-  return fmt::format("{}EOD\nset xlabel '{} (%)'\n{}\n", block, strain_quantities[quantity].plain, plot);
+                          plot.empty() ? "plot " : ", ", index, f + 2, family_colour(families[f]), family_names[f]);
+  return fmt::format("{}EOD\nset xlabel '{} (%)'\n{}\n", block, quantity.plain, plot);
 }
 
 /// The rows of a stage, from the end of the one before on.
@@ -172,17 +171,11 @@ std::string curves_figure(const std::vector<CurveRow>& rows) {
       "plot $curve using 1:2 with linespoints pt 7 ps 0.5 lw 2 lc rgb '{}' title 'warp', "
       "$curve using 3:4 with linespoints pt 5 ps 0.5 lw 2 lc rgb '{}' title 'weft'\n",
       warp_colour, weft_colour);
-  const std::string held = abscissa[0] == abscissa[1]
-                               ? fmt::format(
-                                     " The {} sides keep their distance; their force is shown over the strain "
-                                     "of the others.",
-                                     abscissa[0] == 0 ? "weft" : "warp")
-                               : "";
   return plot_figure(commands, "760,430", "force-strain curves",
-                     fmt::format("Force that pulls at each side of the patch over its strain, stage “{}”. A curve that "
-                                 "is flat at first and then steepens (a J) shows crimp being pulled out before the "
-                                 "fibers themselves are stretched.{}{}",
-                                 escaped(last->stage), held, steepening(shown)));
+                     filled("curves_caption", {{"stage", last->stage},
+                                               {"is_held", abscissa[0] == abscissa[1]},
+                                               {"held", abscissa[0] == 0 ? "weft" : "warp"},
+                                               {"steepening", steepening(shown)}}));
 }
 
 std::string histogram_figure(const ReportData& data) {
@@ -196,10 +189,7 @@ std::string histogram_figure(const ReportData& data) {
     commands += plot;
   }
   if (n_plots == 0) return note("No histograms: the strain is the same everywhere, or no yarn has a mesh.");
-  return plot_figure(commands, "980,640", "histograms of strain",
-                     "How the strain from A to B is spread over the volume of the yarns: each step is the share of the "
-                     "family’s volume whose strain lies in that interval. Broad or skewed distributions mean that the "
-                     "mean strain of a yarn says little about its fibers. The outermost 1 % at either end is cut off.");
+  return plot_figure(commands, "980,640", "histograms of strain", filled("histogram_caption"));
 }
 
 std::string share_bar_svg(std::vector<std::pair<std::string, double>> parts) {

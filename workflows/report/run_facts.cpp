@@ -72,11 +72,15 @@ std::string badge(bool good) {
   return good ? "<span class=\"badge good\">good</span>" : "<span class=\"badge fair\">look</span>";
 }
 
-std::vector<std::string> crossing_row(const RunSummary& summary) {
-  const std::string meaning = "Crossings where the yarn that the pattern puts on top is on top, at the end of the run.";
-  if (!summary.crossings) return {"Crossing order", "not known", "all", "", meaning};
+/// What is found, what is wanted, and whether that is good: cells of a row.
+std::string cells(const std::string& found, const std::string& wanted, const std::string& verdict) {
+  return fmt::format("<td>{}</td><td>{}</td><td>{}</td>", found, wanted, verdict);
+}
+
+std::string crossing_cells(const RunSummary& summary) {
+  if (!summary.crossings) return cells("not known", "all", "");
   const auto [ok, all] = *summary.crossings;
-  return {"Crossing order", fmt::format("{} of {}", ok, all), "all", badge(ok == all), meaning};
+  return cells(fmt::format("{} of {}", ok, all), "all", badge(ok == all));
 }
 
 /// What certificates are held against.
@@ -96,32 +100,8 @@ CertificateLimits certificate_limits(const micro::SnapshotHeader& header) {
   return limits;
 }
 
-std::vector<std::string> limited_row(const char* name, double share, double limit, const char* of,
-                                     const std::string& meaning) {
-  return {name, percent(share) + of, fmt::format("≤ {}{}", percent(limit), of), badge(std::abs(share) <= limit),
-          meaning};
-}
-
-std::vector<std::vector<std::string>> solver_rows(const micro::SolverRecord& solver, const CertificateLimits& limits,
-                                                  bool is_weave) {
-  const micro::EnergyRecord& energy = solver.energy;
-  const double balance = energy.external_work != 0 ? energy.imbalance / std::abs(energy.external_work) : 0;
-  return {limited_row("Penetration", solver.max_penetration_over_radius, limits.penetration, " of R",
-                      "Deepest overlap of two fibers over the fiber radius; contact is a stiff spring, so it is never "
-                      "quite zero."),
-          limited_row("Force imbalance", solver.force_imbalance, limits.imbalance, "",
-                      "Forces that are left over, against the forces that cancel; the limit is the scene’s "
-                      "<code>geometry_tolerance</code>."),
-          limited_row("Moment imbalance", solver.moment_imbalance, limits.imbalance, "",
-                      "The same for the moments of all bodies’ pulls."),
-          {"Damping η", fmt::format("{:.2g}", solver.proximal), "0", badge(solver.proximal == 0),
-           "Artificial resistance that helps the solver; 0 means that this state is an equilibrium."},
-          limited_row("Energy balance", balance, limits.energy, "",
-                      fmt::format("Work that is not accounted for, against the external work, {:.3g} µJ, since the "
-                                  "start{}. {:.3g} µJ are stored, {:.3g} µJ rubbed off, {:.3g} µJ "
-                                  "damped.",
-                                  1e6 * energy.external_work, is_weave ? ", weaving included" : "", 1e6 * energy.stored,
-                                  1e6 * energy.friction, 1e6 * energy.damping))};
+std::string limited_cells(double share, double limit, const char* of = "") {
+  return cells(percent(share) + of, fmt::format("≤ {}{}", percent(limit), of), badge(std::abs(share) <= limit));
 }
 
 }  // namespace
@@ -144,11 +124,23 @@ std::string warnings_html(const RunSummary& summary) {
 
 std::string certificates_html(const micro::SnapshotHeader& header, const micro::Increment& b,
                               const RunSummary& summary) {
-  std::vector<std::vector<std::string>> rows;
-  const bool is_weave = has_weave(header.mesh);
-  if (is_weave) rows.push_back(crossing_row(summary));
-  for (auto& row : solver_rows(b.solver, certificate_limits(header), is_weave)) rows.push_back(std::move(row));
-  return table({.header = {"", "found", "wanted", "", "what it means"}, .rows = std::move(rows), .kind = "text"});
+  const micro::SolverRecord& solver = b.solver;
+  const micro::EnergyRecord& energy = solver.energy;
+  const CertificateLimits limits = certificate_limits(header);
+  const double balance = energy.external_work != 0 ? energy.imbalance / std::abs(energy.external_work) : 0;
+  const auto microjoules = [](double joules) { return fmt::format("{:.3g}", 1e6 * joules); };
+  return filled("certificates",
+                {{"weave", has_weave(header.mesh)},
+                 {"crossings", crossing_cells(summary)},
+                 {"penetration", limited_cells(solver.max_penetration_over_radius, limits.penetration, " of R")},
+                 {"force", limited_cells(solver.force_imbalance, limits.imbalance)},
+                 {"moment", limited_cells(solver.moment_imbalance, limits.imbalance)},
+                 {"damping", cells(fmt::format("{:.2g}", solver.proximal), "0", badge(solver.proximal == 0))},
+                 {"energy", limited_cells(balance, limits.energy)},
+                 {"work", microjoules(energy.external_work)},
+                 {"stored", microjoules(energy.stored)},
+                 {"friction", microjoules(energy.friction)},
+                 {"damped", microjoules(energy.damping)}});
 }
 
 std::string work_html(const RunSummary& summary) {

@@ -58,16 +58,14 @@ std::string stages_html(const micro::Scene& scene) {
 
 std::string contact_html(const micro::Scene& scene) {
   const micro::ContactSettings& contact = scene.contact;
-  if (contact.scope == micro::ContactScope::none) return paragraph("Fibers do not touch each other in this scene.");
-  return paragraph(fmt::format(
-      "Contact {}, {}; a penetration of {} of R is aimed at{}. Newton’s iterations end at a residual of {:g}, at {:g} "
-      "after "
-      "the contact geometry is renewed.",
-      contact.scope == micro::ContactScope::all ? "of all fibers" : "between yarns only",
-      contact.friction ? fmt::format("friction coefficient {:g}", contact.friction_coefficient) : "without friction",
-      fmt::format("{:g} %", 100 * contact.target_penetration),
-      contact.adapt_penalty ? "" : ", with a penalty that stays as it is", scene.solver.force_tolerance,
-      scene.solver.geometry_tolerance));
+  return filled("contact", {{"none", contact.scope == micro::ContactScope::none},
+                            {"all", contact.scope == micro::ContactScope::all},
+                            {"friction", contact.friction},
+                            {"coefficient", fmt::format("{:g}", contact.friction_coefficient)},
+                            {"penetration", fmt::format("{:g}", 100 * contact.target_penetration)},
+                            {"constant", !contact.adapt_penalty},
+                            {"force_tolerance", fmt::format("{:g}", scene.solver.force_tolerance)},
+                            {"geometry_tolerance", fmt::format("{:g}", scene.solver.geometry_tolerance)}});
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <map>
 #include <numbers>
 
+#include "meso/strain/statistics.h"
+
 namespace trame::workflows {
 
 namespace {
@@ -119,12 +121,12 @@ std::string region_edges(const meso::YarnCut& cut, const Eigen::ArrayXX<Index>& 
 }
 
 /// Dark lines with a white rim, which are seen on any colour.
-std::string band_edges(const meso::YarnCut& cut, const meso::ShearBands& bands) {
+std::string band_edges(const meso::SectionBands& bands) {
   std::string paths;
   for (std::size_t k = 0; k < bands.bands.size(); ++k)
     paths += fmt::format("<path vector-effect=\"non-scaling-stroke\" {}d=\"{}\"/>",
                          bands.bands[k].significant ? "" : "stroke-dasharray=\"1 2.5\" ",
-                         region_edges(cut, bands.region, static_cast<Index>(k) + 1));
+                         region_edges(*bands.cut, bands.region, static_cast<Index>(k) + 1));
   if (paths.empty()) return {};
   return fmt::format(
       "<g fill=\"none\"><g stroke=\"#fff\" stroke-width=\"3\">{0}</g><g stroke=\"#111\" "
@@ -181,7 +183,7 @@ ColourScale scale_for(std::vector<double> values, ColourMap map) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   for (double& value : values) value = std::abs(value);
   std::sort(values.begin(), values.end());
-  const double high = values.empty() ? 0 : values[static_cast<std::size_t>(0.95 * double(values.size() - 1))];
+  const double high = values.empty() ? 0 : meso::quantile(values, 0.95);
   return {map, map == ColourMap::diverging ? -high : 0, high};
 }
 
@@ -199,11 +201,11 @@ std::string colour_bar_svg(const ColourScale& scale) {
 }
 
 std::string strain_map_svg(const meso::YarnCut& cut, const meso::Picture& values, const ColourScale& scale,
-                           const meso::Section& section, const Window& window, const meso::ShearBands& bands) {
+                           const meso::Section& section, const Window& window, const meso::SectionBands& bands) {
   if (!values.isFinite().any()) return missing(window, "no strain here");
   std::string content = pixels(cut, values, scale) +
                         fibers(section, "fill=\"none\" stroke=\"#000\" stroke-opacity=\"0.35\" stroke-width=\"0.6\"");
-  return svg(window, content + band_edges(cut, bands));
+  return svg(window, content + band_edges(bands));
 }
 
 std::string rose_svg(const std::vector<meso::ShearBand>& bands) {

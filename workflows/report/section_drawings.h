@@ -6,10 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "meso/orientation.h"
-#include "meso/sections.h"
-#include "meso/shear_bands.h"
-#include "meso/strain_cut.h"
+#include "meso/bands/band_survey.h"
 
 namespace trame::workflows {
 
@@ -50,7 +47,7 @@ struct ColourScale {
 /// the regions that `bands` marks: solid for significant ones, dotted for the others.
 [[nodiscard]] std::string strain_map_svg(const meso::YarnCut& cut, const meso::Picture& values,
                                          const ColourScale& scale, const meso::Section& section, const Window& window,
-                                         const meso::ShearBands& bands);
+                                         const meso::SectionBands& bands);
 
 /// Areas of bands by the direction of their length: a rose with sectors of 15°, its two halves alike. Empty without
 /// bands.

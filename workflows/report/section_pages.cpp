@@ -6,6 +6,7 @@
 #include <array>
 #include <utility>
 
+#include "meso/bands/strain_cut.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_plots.h"
 #include "workflows/report/section_drawings.h"
@@ -16,35 +17,39 @@ namespace {
 
 constexpr double page_width = 1000;  ///< pixels that drawings may fill
 
-const micro::Yarn& yarn_of(const ReportData& data, const YarnDetail& detail) {
-  return data.header.mesh.yarns[detail.yarn];
+using meso::SectionPair;
+using meso::YarnComparison;
+
+const char* colour_of(const ReportData& data, const YarnComparison& yarn) {
+  return family_colour(data.yarn(yarn).family);
 }
 
 /// The states that differ, with their names.
-std::vector<std::pair<std::string, const meso::Section StationCut::*>> shown_states(const ReportData& data) {
-  std::vector<std::pair<std::string, const meso::Section StationCut::*>> states;
-  states.emplace_back("reference", &StationCut::reference);
-  if (data.pair.from != 0) states.emplace_back(state_name(data.pair.from, data.a), &StationCut::a);
-  if (data.pair.to != data.pair.from) states.emplace_back(state_name(data.pair.to, data.b), &StationCut::b);
+std::vector<std::pair<std::string, const meso::Section SectionPair::*>> shown_states(const ReportData& data) {
+  const meso::StatePair& pair = data.comparison.pair;
+  std::vector<std::pair<std::string, const meso::Section SectionPair::*>> states;
+  states.emplace_back("reference", &SectionPair::reference);
+  if (pair.from != 0) states.emplace_back(data.name_a(), &SectionPair::a);
+  if (pair.to != pair.from) states.emplace_back(data.name_b(), &SectionPair::b);
   return states;
 }
 
-std::string stations_figure(const ReportData& data, const YarnDetail& detail) {
+std::string places_figure(const ReportData& data, const YarnComparison& yarn) {
   const auto states = shown_states(data);
+  const std::vector<std::size_t> shown = shown_sections(yarn);
   std::vector<const meso::Section*> all;
-  for (const StationCut& cut : detail.cuts)
-    for (const auto& state : states) all.push_back(&(cut.*state.second));
-  const Window window = window_around(all, std::min(210.0, (page_width - 100) / double(detail.cuts.size()) - 10));
+  for (const std::size_t k : shown)
+    for (const auto& state : states) all.push_back(&(yarn.sections[k].*state.second));
+  const Window window = window_around(all, std::min(210.0, (page_width - 100) / double(shown.size()) - 10));
   HtmlTable grid{.header = {""}, .rows = {}, .kind = "pictures"};
-  for (const StationCut& cut : detail.cuts) grid.header.push_back(escaped(cut.station.label));
+  for (const std::size_t k : shown) grid.header.push_back(section_name(yarn, k));
   for (const auto& [name, section] : states) {
     grid.rows.push_back({name});
-    for (const StationCut& cut : detail.cuts)
-      grid.rows.back().push_back(section_svg(cut.*section, window, family_colour(yarn_of(data, detail).family)));
+    for (const std::size_t k : shown)
+      grid.rows.back().push_back(section_svg(yarn.sections[k].*section, window, colour_of(data, yarn)));
   }
-  return figure(table(grid),
-                fmt::format("{} at the same places in each state; every drawing is {:.0f} µm wide.",
-                            escaped(yarn_of(data, detail).name), 1e6 * (window.high.x() - window.low.x())));
+  return figure(table(grid), fmt::format("{} at the same places in each state; every drawing is {:.0f} µm wide.",
+                                         escaped(data.yarn(yarn).name), 1e6 * (window.high.x() - window.low.x())));
 }
 
 std::string shape_text(const meso::Section& section) {
@@ -52,45 +57,86 @@ std::string shape_text(const meso::Section& section) {
                      100 * section.fill, section.shape.name());
 }
 
-std::string strip_figure(const ReportData& data, const YarnDetail& detail) {
+std::string strip_figure(const ReportData& data, const YarnComparison& yarn) {
   std::vector<const meso::Section*> all;
-  for (const meso::Section& section : detail.strip) all.push_back(&section);
-  const Window window = window_around(all, page_width / 8 - 12);
+  for (const SectionPair& pair : yarn.sections)
+    if (pair.is_station()) all.push_back(&pair.b);
+  const Window window = window_around(all, page_width / 6 - 12);
   std::string strip = "<div class=\"strip\">";
-  for (const meso::Section& section : detail.strip)
-    strip += fmt::format(
-        "<div>{}{}<br>at {:.0f} µm</div>", section_svg(section, window, family_colour(yarn_of(data, detail).family)),
-        section.status == meso::SectionStatus::ok ? shape_text(section) : "", 1e6 * section.arc_length);
-  return figure(strip + "</div>", fmt::format("{} at equal distances along it, {}.",
-                                              escaped(yarn_of(data, detail).name), state_name(data.pair.to, data.b)));
+  for (std::size_t k = 0; k < yarn.sections.size(); ++k) {
+    const SectionPair& pair = yarn.sections[k];
+    if (!pair.is_station()) continue;
+    strip += fmt::format("<div>{}{}<br>{}</div>", section_svg(pair.b, window, colour_of(data, yarn)),
+                         pair.b.status == meso::SectionStatus::ok ? shape_text(pair.b) : "", section_name(yarn, k));
+  }
+  return figure(strip + "</div>", fmt::format("The stations of {}, at equal distances along it, {}.",
+                                              escaped(data.yarn(yarn).name), data.name_b()));
 }
 
-/// Scale of a component over all detailed yarns.
-ColourScale scale_of(const ReportData& data, std::size_t quantity) {
+/// Strains of a yarn on one of its sections, finer than the cuts that bands are looked for on.
+struct StrainMap {
+  std::size_t section = 0;
+  meso::YarnCut cut;
+  std::array<meso::Picture, strain_quantities.size()> strain;
+};
+
+std::vector<StrainMap> strain_maps(const ReportData& data, const YarnComparison& yarn) {
+  constexpr double pixels_per_distance = 12;
+  std::vector<StrainMap> maps;
+  const meso::YarnOnMesh& on = yarn.on_mesh();
+  for (const std::size_t k : shown_sections(yarn)) {
+    if (!on.has_mesh() || yarn.sections[k].a.status != meso::SectionStatus::ok) continue;
+    StrainMap map{k,
+                  meso::cut_yarn(on.mesh, data.comparison.a.fibers.r, meso::section_plane(yarn.sections[k].a),
+                                 pixels_per_distance),
+                  {}};
+    for (std::size_t q = 0; q < strain_quantities.size(); ++q)
+      map.strain[q] = meso::sample(map.cut, values_of(on.fields.strain, strain_quantities[q].component));
+    maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
+/// Of all detailed yarns.
+using StrainMaps = std::vector<std::vector<StrainMap>>;
+
+/// Scale of a component over all of them.
+ColourScale scale_of(const StrainMaps& maps, std::size_t quantity) {
   std::vector<double> values;
-  for (const YarnDetail& detail : data.details)
-    for (const StationCut& cut : detail.cuts) {
-      const meso::Picture& picture = cut.strain[quantity];
+  for (const auto& yarn : maps)
+    for (const StrainMap& map : yarn) {
+      const meso::Picture& picture = map.strain[quantity];
       values.insert(values.end(), picture.data(), picture.data() + picture.size());
     }
   return scale_for(std::move(values),
                    strain_quantities[quantity].signed_values ? ColourMap::diverging : ColourMap::sequential);
 }
 
-std::string yarn_maps(const ReportData& data, const YarnDetail& detail,
+/// Bands of a component on a section; there are some wherever the yarn has a mesh.
+const meso::SectionBands* bands_on(const YarnComparison& yarn, std::size_t section, meso::BandComponent component) {
+  const std::vector<meso::SectionBands>& all = yarn.on_mesh().bands;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const meso::SectionBands& bands) {
+    return bands.station == static_cast<Index>(section) && bands.component == component;
+  });
+  return found == all.end() ? nullptr : &*found;
+}
+
+std::string yarn_maps(const ReportData& data, const YarnComparison& yarn, const std::vector<StrainMap>& maps,
                       const std::array<ColourScale, strain_quantities.size()>& scales) {
   std::vector<const meso::Section*> all;
-  for (const StationCut& cut : detail.cuts) all.push_back(&cut.a);
+  for (const StrainMap& map : maps) all.push_back(&yarn.sections[map.section].a);
   const Window window = window_around(all, (page_width - 120) / strain_quantities.size() - 16);
   HtmlTable grid{.header = {""}, .rows = {}, .kind = "pictures"};
   for (std::size_t q = 0; q < scales.size(); ++q)
     grid.header.push_back(strain_quantities[q].name + colour_bar_svg(scales[q]));
-  for (const StationCut& cut : detail.cuts) {
-    grid.rows.push_back({escaped(cut.station.label)});
+  for (const StrainMap& map : maps) {
+    grid.rows.push_back({section_name(yarn, map.section)});
     for (std::size_t q = 0; q < scales.size(); ++q)
-      grid.rows.back().push_back(strain_map_svg(cut.cut, cut.strain[q], scales[q], cut.a, window, cut.bands[q]));
+      if (const auto* bands = bands_on(yarn, map.section, strain_quantities[q].component))
+        grid.rows.back().push_back(
+            strain_map_svg(map.cut, map.strain[q], scales[q], yarn.sections[map.section].a, window, *bands));
   }
-  return "<h3>" + escaped(yarn_of(data, detail).name) + " on sections</h3>\n" + table(grid);
+  return "<h3>" + escaped(data.yarn(yarn).name) + " on sections</h3>\n" + table(grid);
 }
 
 /// Bands that are not as long as this, over their thickness, have no direction.
@@ -98,22 +144,24 @@ constexpr double least_aspect = 1.5;
 
 /// A significant band and where it is.
 struct FoundBand {
-  Index yarn = 0;
-  const Station* station = nullptr;
+  const YarnComparison* yarn = nullptr;
+  std::size_t section = 0;
   std::size_t quantity = 0;
   meso::ShearBand band;
 };
 
-/// Significant bands of a quantity, and the number of all regions that stand out.
+/// Significant bands of a quantity on the sections that are shown, and the number of all regions that stand out.
 std::pair<std::vector<FoundBand>, std::size_t> bands_of(const ReportData& data, std::size_t quantity) {
   std::vector<FoundBand> found;
   std::size_t n_regions = 0;
-  for (const YarnDetail& detail : data.details)
-    for (const StationCut& cut : detail.cuts)
-      for (const meso::ShearBand& band : cut.bands[quantity].bands) {
-        ++n_regions;
-        if (band.significant) found.push_back({detail.yarn, &cut.station, quantity, band});
-      }
+  for (const YarnComparison* yarn : data.details)
+    for (const std::size_t section : shown_sections(*yarn)) {
+      const auto* on = bands_on(*yarn, section, strain_quantities[quantity].component);
+      if (on == nullptr) continue;
+      n_regions += on->bands.size();
+      for (const meso::ShearBand& band : on->bands)
+        if (band.significant) found.push_back({yarn, section, quantity, band});
+    }
   return {found, n_regions};
 }
 
@@ -126,82 +174,56 @@ std::string band_table(const ReportData& data, std::vector<FoundBand> bands) {
   HtmlTable rows{.header = {"yarn", "section", "of", "direction, °", "thickness, d", "length, d", "length / thickness",
                             "share of the section’s, %", "p, %"},
                  .rows = {}};
-  for (const auto& [yarn, station, quantity, band] : bands)
-    rows.rows.push_back({escaped(data.header.mesh.yarns[yarn].name), escaped(station->label),
-                         strain_quantities[quantity].name, fmt::format("{:.0f}", band.angle),
-                         fmt::format("{:.1f}", band.thickness), fmt::format("{:.1f}", band.length),
-                         fmt::format("{:.1f}", band.aspect), fmt::format("{:.0f}", 100 * band.share_of_total),
-                         fmt::format("{:.1f}", 100 * band.p_value)});
-  return table(rows) +
-         paragraph(fmt::format("The strongest bands; d is the distance between fibers. Thicknesses below 1.5 d are "
-                               "those of a mesh cell; a band that is less than {:g} times as long as thick has no "
-                               "direction. The share is that of the size of the strain, summed over the section.",
-                               least_aspect));
+  for (const auto& [yarn, section, quantity, band] : bands)
+    rows.rows.push_back({escaped(data.yarn(*yarn).name), section_name(*yarn, section), strain_quantities[quantity].name,
+                         fmt::format("{:.0f}", band.angle), fmt::format("{:.1f}", band.thickness),
+                         fmt::format("{:.1f}", band.length), fmt::format("{:.1f}", band.aspect),
+                         fmt::format("{:.0f}", 100 * band.share_of_total), fmt::format("{:.1f}", 100 * band.p_value)});
+  return table(rows);
 }
 
 /// In which directions strains hang together, where single bands cross and cannot be told apart.
-std::string correlations_html(const ReportData& data) {
+void add_directions(const ReportData& data, Fields& fields) {
   constexpr double noise = 0.05;  // the most that disorder gives
+  const auto values_of = [](const YarnComparison& yarn, const StrainQuantity& quantity) -> const auto& {
+    return yarn.on_mesh().orientation[static_cast<std::size_t>(quantity.component)];
+  };
   double full = 4 * noise;
-  for (const YarnDetail& detail : data.details)
-    for (const Correlations& values : detail.correlation)
-      for (const double value : values) full = std::max(full, value);  // also where it is NaN
+  for (const YarnComparison* yarn : data.details)
+    for (const StrainQuantity& quantity : strain_quantities)
+      for (const double value : values_of(*yarn, quantity)) full = std::max(full, value);  // also where it is NaN
   std::string dials;
-  for (std::size_t q = 0; q < strain_quantities.size(); ++q) {
+  for (const StrainQuantity& quantity : strain_quantities) {
     std::vector<DirectionCurve> curves;
-    for (const YarnDetail& detail : data.details)
-      curves.push_back({family_colour(yarn_of(data, detail).family), detail.correlation[q]});
+    for (const YarnComparison* yarn : data.details)
+      curves.push_back({colour_of(data, *yarn), values_of(*yarn, quantity)});
     const std::string dial = direction_curves_svg(curves, full, noise);
-    if (!dial.empty()) dials += figure(dial, strain_quantities[q].name);
+    if (!dial.empty()) dials += figure(dial, quantity.name);
   }
-  if (dials.empty()) return {};
-  return "<h3>Directions in which the strain hangs together</h3>\n<div class=\"pictures-row\">" + dials + "</div>\n" +
-         paragraph(fmt::format(
-             "Where bands cross, as in yarns of few layers, they are one region without a direction; their pattern "
-             "still "
-             "shows in how much the size of the strain is like that two fiber distances away, direction by direction: "
-             "its correlation over the sections above, as a distance from the middle, for each of the yarns shown. The "
-             "circle is a correlation of {:.2f}, the dotted one {:g}, the most that disorder gives. Bands point along "
-             "the "
-             "lobes: lobes near ±45° are crossing diagonal bands.",
-             full, noise));
+  if (dials.empty()) return;
+  fields.emplace_back("dials", dials);
+  fields.emplace_back("circle", fmt::format("{:.2f}", full));
+  fields.emplace_back("noise", fmt::format("{:g}", noise));
 }
 
 }  // namespace
 
 std::string sections_html(const ReportData& data) {
-  const bool is_weave = has_weave(data.header.mesh);
-  std::string content = paragraph(
-      std::string(
-          "Yarns cut at right angles to their own axis, vertical up; the grey outline is the convex hull of the "
-          "fibers. The first figure of each yarn shows the same material in each state") +
-      (is_weave ? ": look for how the bundle that went into the loom is pressed into shape where others cross it"
-                : ", at equal steps of its length") +
-      ". The second one walks along the yarn, with width × height, the share of the outline that fibers fill, and "
-      "whether a lens (two arcs) or an ellipse describes the outline better, or neither because it is round" +
-      (is_weave
-           ? ": in a plain weave the shape repeats from crossing to crossing, in a twill it changes along the yarn."
-           : "."));
-  for (const YarnDetail& detail : data.details)
-    content += "<h3>" + escaped(yarn_of(data, detail).name) + "</h3>\n" + stations_figure(data, detail) +
-               strip_figure(data, detail);
-  return content;
+  std::string yarns;
+  for (const YarnComparison* yarn : data.details)
+    yarns +=
+        "<h3>" + escaped(data.yarn(*yarn).name) + "</h3>\n" + places_figure(data, *yarn) + strip_figure(data, *yarn);
+  return filled("sections", {{"weave", has_weave(data.header.mesh)}, {"yarns", yarns}});
 }
 
 std::string strain_maps_html(const ReportData& data) {
+  StrainMaps maps;
+  for (const YarnComparison* yarn : data.details) maps.push_back(strain_maps(data, *yarn));
   std::array<ColourScale, strain_quantities.size()> scales;
-  for (std::size_t q = 0; q < scales.size(); ++q) scales[q] = scale_of(data, q);
-  std::string maps;
-  for (const YarnDetail& detail : data.details) maps += yarn_maps(data, detail, scales);
-  return figure(
-      maps,
-      "Strain from A to B on the sections in A, tetrahedron by tetrahedron, with the outlines of the fibers; "
-      "tetrahedra reach to the centre lines of the outer fibers. "
-      "Normal strains: red is longer, blue is shorter, grey is unchanged. White inside a section: fibers "
-      "have changed places there and no strain is defined. Lines enclose regions where the size of the strain "
-      "stands out from its surroundings: solid for bands, where chance would rarely make one as strong (p ≤ "
-      "1 % against shuffled sections), dotted for the others. Values beyond a scale, the outermost 5 %, have "
-      "the colour of its end.");
+  for (std::size_t q = 0; q < scales.size(); ++q) scales[q] = scale_of(maps, q);
+  std::string drawn;
+  for (std::size_t y = 0; y < maps.size(); ++y) drawn += yarn_maps(data, *data.details[y], maps[y], scales);
+  return figure(drawn, filled("maps_caption"));
 }
 
 std::string bands_html(const ReportData& data) {
@@ -217,16 +239,11 @@ std::string bands_html(const ReportData& data) {
                           strain_quantities[q].name, bands.size(), directed.size(), n_regions - bands.size());
     all.insert(all.end(), bands.begin(), bands.end());
   }
-  const std::string directions =
-      roses.empty() ? ""
-                    : "<div class=\"pictures-row\">" + roses + "</div>\n" +
-                          paragraph(
-                              "Directions of bands on the sections above: area of the bands whose length lies in each "
-                              "direction, 0° horizontal, 90° vertical. Lobes near ±45° are diagonal bands.");
-  const std::string found =
-      all.empty() ? note("On these sections no region stands out more than chance explains: no single shear band.")
-                  : "<ul>\n" + counts + "</ul>\n" + directions + band_table(data, std::move(all));
-  return found + correlations_html(data);
+  Fields fields = {{"none", all.empty()}, {"counts", counts}, {"least_aspect", fmt::format("{:g}", least_aspect)}};
+  if (!roses.empty()) fields.emplace_back("roses", roses);
+  fields.emplace_back("strongest", band_table(data, std::move(all)));
+  add_directions(data, fields);
+  return filled("bands", fields);
 }
 
 }  // namespace trame::workflows

@@ -9,12 +9,12 @@
 namespace trame::workflows {
 
 /// Sizes of sections in A and B, mean strains, side over centre.
-[[nodiscard]] std::string yarns_html(const ReportData& data);
+[[nodiscard]] std::string yarns_table(const ReportData& data);
 
 /// What speaks for and against a continuum, with a verdict.
-[[nodiscard]] std::string validity_html(const ReportData& data);
+[[nodiscard]] std::string validity_table(const ReportData& data);
 
 /// How much longer the fibers of each yarn have become.
-[[nodiscard]] std::string fibers_html(const ReportData& data);
+[[nodiscard]] std::string fibers_table(const ReportData& data);
 
 }  // namespace trame::workflows

@@ -15,10 +15,11 @@
 #include <string_view>
 #include <tuple>
 
-#include "meso/strain.h"
+#include "meso/strain/strain.h"
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/core/text.h"
+#include "micro/fiber/lagrange.h"
 #include "workflows/file_probe.h"
 
 namespace trame::workflows {
@@ -33,30 +34,14 @@ std::vector<std::size_t> fibers_by_yarn(const FiberList& list) {
   return order;
 }
 
-/// Derivative at s[at] of the polynomial through `n` ≤ 3 points (Lagrange).
-Vec3 polynomial_slope(const double* s, const Vec3* r, Index n, Index at) {
-  Vec3 slope = Vec3::Zero();
-  for (Index i = 0; i < n; ++i) {
-    double weight = 0;  // derivative of the i-th Lagrange polynomial
-    for (Index j = 0; j < n; ++j) {
-      if (j == i) continue;
-      double term = 1 / (s[i] - s[j]);
-      for (Index k = 0; k < n; ++k)
-        if (k != i && k != j) term *= (s[at] - s[k]) / (s[i] - s[k]);
-      weight += term;
-    }
-    slope += weight * r[i];
-  }
-  return slope;
-}
-
 std::vector<Vec3> slopes(const micro::FiberMesh& mesh, const std::vector<Vec3>& r) {
   std::vector<Vec3> result(r.size());
   for (Index f = 0; f < mesh.n_fibers(); ++f) {
     const Index first = mesh.first_node[f], n_nodes = mesh.n_nodes(f), n = std::min(n_nodes, 3);
     for (Index k = 0; k < n_nodes; ++k) {
       const Index begin = first + std::clamp(k - 1, 0, n_nodes - n);
-      result[first + k] = polynomial_slope(&mesh.arc_length[begin], &r[begin], n, first + k - begin);
+      result[first + k] =
+          micro::lagrange_shape(&mesh.arc_length[begin], mesh.arc_length[first + k], n).derivative(r, begin);
     }
   }
   return result;

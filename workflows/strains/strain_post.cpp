@@ -8,13 +8,11 @@
 #include <cstdio>
 #include <filesystem>
 #include <numeric>
-#include <optional>
 #include <regex>
 #include <utility>
 #include <vector>
 
-#include "meso/analyse.h"
-#include "meso/findings.h"
+#include "meso/strain_series.h"
 #include "micro/core/error.h"
 #include "micro/core/text.h"
 #include "workflows/folder_lock.h"
@@ -31,26 +29,19 @@ namespace {
 namespace fs = std::filesystem;
 using trame::Index;
 using trame::InputError;
-using trame::meso::AnalyseOptions;
+using trame::meso::Comparison;
 using trame::meso::FiberStates;
 using trame::meso::MeshKind;
-using trame::meso::YarnFindings;
-using trame::micro::FiberConfiguration;
+using trame::meso::YarnComparer;
 using namespace trame::workflows;
-
-/// Sections along each yarn, at equal distances.
-constexpr Index n_stations = 12;
 
 struct Arguments {
   std::vector<fs::path> states;
   std::string from = "0", to = "last", mesh = "delaunay";
-  AnalyseOptions analyse;
+  trame::meso::ComparisonSettings settings;
   fs::path out;
   bool list = false, every = false, overwrite = false, no_report = false;
 };
-
-constexpr std::pair<const char*, MeshKind> mesh_kinds[] = {{"delaunay", MeshKind::delaunay},
-                                                           {"swept", MeshKind::swept}};
 
 void define(CLI::App& app, Arguments& arguments) {
   app.set_version_flag("--version", TRAME_VERSION);
@@ -71,13 +62,13 @@ void define(CLI::App& app, Arguments& arguments) {
   app.add_option("--from", arguments.from, "State A" + meaning)->capture_default_str();
   app.add_option("--to", arguments.to, "State B" + meaning)->capture_default_str();
   app.add_flag("--every", arguments.every, "All increments from A to B as a time series, not B alone");
-  app.add_option("--yarns", arguments.analyse.yarns, "Names of yarns, with * and ? as wildcards; default: all");
+  app.add_option("--yarns", arguments.settings.yarns, "Names of yarns, with * and ? as wildcards; default: all");
   app.add_option("--mesh", arguments.mesh, "How yarns are meshed")
       ->check(CLI::IsMember({"delaunay", "swept", "both"}))
       ->type_name("delaunay|swept|both")
       ->capture_default_str();
   app.add_option("--out", arguments.out, "Folder for the results; default: strains, beside the state file");
-  app.add_option("--threads", arguments.analyse.n_threads, "Number of threads; 0: all cores")
+  app.add_option("--threads", arguments.settings.n_threads, "Number of threads; 0: all cores")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_flag("--no-report", arguments.no_report, "Without report.html, whose pictures take some seconds");
@@ -132,76 +123,70 @@ std::vector<Index> states_to_read(const FiberStates& states, const Arguments& ar
   return all;
 }
 
-/// Where the results of one kind of mesh go.
-fs::path mesh_folder(const Arguments& arguments, const std::string& mesh) {
-  return arguments.mesh == "both" ? arguments.out / mesh : arguments.out;
+std::vector<MeshKind> mesh_kinds(const std::string& mesh) {
+  if (mesh == "both") return {MeshKind::delaunay, MeshKind::swept};
+  return {mesh == "swept" ? MeshKind::swept : MeshKind::delaunay};
 }
 
-std::vector<MeshedStrains> analyse_all(const FiberStates& states, const Arguments& arguments) {
-  std::vector<MeshedStrains> results;
-  for (const auto& [name, kind] : mesh_kinds) {
-    if (arguments.mesh != "both" && arguments.mesh != name) continue;
-    AnalyseOptions options = arguments.analyse;
-    options.mesh.kind = kind;
-    options.vtk_folder = mesh_folder(arguments, name);
-    std::optional<StrainsCsv> csv;  // no file before the first state is analysed
-    options.on_state = [&](const auto& rows) {
-      if (!csv) csv.emplace(options.vtk_folder / "strains.csv", states.header().mesh.yarns);
-      csv->append(rows);
-    };
-    results.push_back({name, trame::meso::analyse(states, options)});
-  }
-  return results;
+/// Where the results of each mesh go.
+std::vector<fs::path> mesh_folders(const Arguments& arguments) {
+  if (arguments.mesh == "both") return {arguments.out / "delaunay", arguments.out / "swept"};
+  return {arguments.out};
+}
+
+/// Strains of all states for ParaView and strains.csv, and everything of the last one.
+Comparison compare_states(const YarnComparer& comparer, const Arguments& arguments, Index a,
+                          const std::vector<Index>& to) {
+  const std::vector<fs::path> folders = mesh_folders(arguments);
+  std::vector<StrainsCsv> tables;  // no file before the first state is compared
+  const auto append = [&](const trame::meso::StateStrains& strains) {
+    if (tables.empty())
+      for (const fs::path& folder : folders)
+        tables.emplace_back(folder / "strains.csv", comparer.states().header().mesh.yarns);
+    for (std::size_t m = 0; m < tables.size(); ++m) tables[m].append(strains.meshes[m].summaries);
+  };
+  std::vector<Comparison> comparisons =
+      follow(comparer, {.from = a, .to = to, .compare = {to.back()}, .vtk_folders = folders, .on_state = append});
+  return std::move(comparisons.back());
 }
 
 void write_tables(const Arguments& arguments, const std::vector<trame::micro::Yarn>& yarns,
-                  const std::vector<MeshedStrains>& results, const std::vector<YarnFindings>& findings) {
-  write_sections_csv(arguments.out / "sections.csv", yarns, findings);
-  write_continuum_csv(arguments.out / "continuum.csv", yarns, findings);
-  for (const MeshedStrains& result : results) {
-    write_bands_csv(mesh_folder(arguments, result.mesh) / "bands.csv", yarns, result);
-    write_orientation_csv(mesh_folder(arguments, result.mesh) / "orientation.csv", yarns, result);
-    write_zones_csv(mesh_folder(arguments, result.mesh) / "zones.csv", yarns, result);
+                  const Comparison& comparison) {
+  write_sections_csv(arguments.out / "sections.csv", yarns, comparison);
+  write_continuum_csv(arguments.out / "continuum.csv", yarns, comparison);
+  const std::vector<fs::path> folders = mesh_folders(arguments);
+  for (std::size_t m = 0; m < folders.size(); ++m) {
+    write_bands_csv(folders[m] / "bands.csv", yarns, comparison, m);
+    write_orientation_csv(folders[m] / "orientation.csv", yarns, comparison, m);
+    write_zones_csv(folders[m] / "zones.csv", yarns, comparison, m);
   }
 }
 
+void print_all(const std::vector<trame::micro::Yarn>& yarns, const YarnComparer& comparer,
+               const Comparison& comparison) {
+  fmt::print("Strains from increment {} to {}:\n", comparison.pair.from, comparison.pair.to);
+  print_strains(yarns, comparison);
+  for (std::size_t m = 0; m < comparer.settings().meshes.size(); ++m) {
+    fmt::print("\nSections, bands and zones of the {} mesh:\n", text(comparer.settings().meshes[m]));
+    print_findings(yarns, comparison, m);
+  }
+  print_validity(yarns, comparison);
+}
+
 /// With what a run wrote beside its states.
-void report(const FiberStates& states, const Arguments& arguments, Index a, Index b) {
+void report(const FiberStates& states, const Arguments& arguments, const Comparison& comparison) {
   const fs::path folder = fs::absolute(arguments.states[0]).parent_path();
   const auto beside = [&](const char* name) {
     const bool is_run = !states.header().version.empty();
     return is_run && fs::exists(folder / name) ? folder / name : fs::path();
   };
   const std::string lacks = write_report({.states = states,
-                                          .pairs = {{a, b}},
+                                          .comparisons = {&comparison},
                                           .file = arguments.out / "report.html",
-                                          .yarns = arguments.analyse.yarns,
+                                          .yarns = arguments.settings.yarns,
                                           .summary = beside("summary.json"),
                                           .curves = beside("curves.csv")});
   if (!lacks.empty()) fmt::print("report.html: {}\n", lacks);
-}
-
-void compare(const FiberStates& states, const Arguments& arguments, Index a, Index b) {
-  const std::vector<trame::micro::Yarn>& yarns = states.header().mesh.yarns;
-  const int n_threads = arguments.analyse.n_threads;
-  std::vector<MeshedStrains> results = analyse_all(states, arguments);
-  const FiberConfiguration in_a = states.read(a).fibers, in_b = states.read(b).fibers;
-  const std::vector<YarnFindings> findings = trame::meso::yarn_findings(
-      states, trame::meso::choose_yarns(yarns, arguments.analyse.yarns), in_a, in_b, n_stations, n_threads);
-  for (MeshedStrains& result : results) {
-    result.bands = trame::meso::yarn_bands(result.analysis, findings, in_a.r, n_threads);
-    result.orientations = trame::meso::yarn_orientations(result.analysis, findings, in_a.r, n_threads);
-  }
-  write_tables(arguments, yarns, results, findings);
-  fmt::print("Strains from increment {} to {}:\n", a, b);
-  print_strains(yarns, results);
-  for (const MeshedStrains& result : results) {
-    fmt::print("\nSections, bands and zones of the {} mesh:\n", result.mesh);
-    print_findings(yarns, findings, result);
-  }
-  print_validity(yarns, findings);
-  if (!arguments.no_report) report(states, arguments, a, b);
-  fmt::print("\nResults in {}; ParaView: open yarns.pvd, Apply, colour by E_axial\n", arguments.out.string());
 }
 
 void run(Arguments& arguments) {
@@ -213,16 +198,22 @@ void run(Arguments& arguments) {
   if (arguments.list) return print_states(states);
   if (states.header().mesh.yarns.empty()) throw InputError(states.name() + ": holds no yarn");
   const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
-  arguments.analyse.from = a;
-  arguments.analyse.to = states_to_compare(a, b, arguments.every);
+  const std::vector<Index> to = states_to_compare(a, b, arguments.every);
+  arguments.settings.meshes = mesh_kinds(arguments.mesh);
   if (arguments.out.empty()) arguments.out = fs::absolute(arguments.states[0]).parent_path() / "strains";
-  // What is wrong with the choice is said before anything is removed.
-  (void)trame::meso::choose_yarns(states.header().mesh.yarns, arguments.analyse.yarns);
+  // What is wrong with the choice or the reference state is said before anything is removed.
+  (void)trame::meso::choose_yarns(states.header().mesh.yarns, arguments.settings.yarns);
   check_out(arguments.out, arguments.overwrite);
+  const YarnComparer comparer(states, arguments.settings);
   const FolderLock lock = make_folder(arguments.out);
   for (const fs::path& folder : {arguments.out, arguments.out / "delaunay", arguments.out / "swept"})
     remove_earlier_results(folder);
-  compare(states, arguments, a, b);
+  const Comparison comparison = compare_states(comparer, arguments, a, to);
+  const std::vector<trame::micro::Yarn>& yarns = states.header().mesh.yarns;
+  write_tables(arguments, yarns, comparison);
+  print_all(yarns, comparer, comparison);
+  if (!arguments.no_report) report(states, arguments, comparison);
+  fmt::print("\nResults in {}; ParaView: open yarns.pvd, Apply, colour by E_axial\n", arguments.out.string());
 }
 
 }  // namespace

@@ -8,27 +8,20 @@
 namespace trame::workflows {
 namespace {
 
-using meso::Analysis;
-using meso::MeshStatus;
+using meso::Comparison;
+using meso::YarnComparison;
+using meso::YarnOnMesh;
 using meso::YarnStrain;
 
-const YarnStrain* find_row(const Analysis& analysis, Index yarn) {
-  for (const YarnStrain& row : analysis.strains)
-    if (row.yarn == yarn) return &row;
-  return nullptr;
+void print_oddities(const std::string& yarn, const YarnOnMesh& on) {
+  const meso::MeshQuality& quality = on.mesh.quality;
+  if (!on.has_mesh()) fmt::print("{}: no {} mesh: {}\n", yarn, text(on.kind), text(on.mesh.status));
+  if (quality.n_slivers + quality.n_unused_fibers > 0)
+    fmt::print("{}: {} slivers left in the {} mesh, {} fibers unused\n", yarn, quality.n_slivers, text(on.kind),
+               quality.n_unused_fibers);
 }
 
-void print_oddities(const std::vector<micro::Yarn>& yarns, const MeshedStrains& strains) {
-  for (const auto& mesh : strains.analysis.meshes) {
-    const std::string& name = yarns[mesh.yarn].name;
-    if (mesh.status != MeshStatus::ok) fmt::print("{}: no {} mesh: {}\n", name, strains.mesh, text(mesh.status));
-    if (mesh.quality.n_slivers + mesh.quality.n_unused_fibers > 0)
-      fmt::print("{}: {} slivers left in the {} mesh, {} fibers unused\n", name, mesh.quality.n_slivers, strains.mesh,
-                 mesh.quality.n_unused_fibers);
-  }
-}
-
-void print_row(const std::string& yarn, const std::string& mesh, const YarnStrain& row) {
+void print_row(const std::string& yarn, std::string_view mesh, const YarnStrain& row) {
   fmt::print("{:<12} {:<10} {:>8} {:>8}  {:>10.3e} ({:>9.2e} … {:>9.2e})  {:>10.3e} {:>10.3e} {:>10.3e}\n", yarn, mesh,
              row.n_tets, row.n_flagged, row.axial.mean, row.axial.quantile_05, row.axial.quantile_95,
              row.horizontal.mean, row.vertical.mean, row.gamma_max.mean);
@@ -58,6 +51,7 @@ StrainsCsv::StrainsCsv(const std::filesystem::path& file, const std::vector<micr
 
 void StrainsCsv::append(const std::vector<YarnStrain>& rows) {
   for (const YarnStrain& row : rows) {
+    if (row.n_tets == 0) continue;
     out_ << fmt::format("{},{},{},{},{}", row.increment, csv_field(yarns_[row.yarn].name), row.n_tets, row.n_flagged,
                         row.n_inverted);
     for (const auto& s : {row.axial, row.horizontal, row.vertical, row.gamma_max, row.det_F})
@@ -68,17 +62,18 @@ void StrainsCsv::append(const std::vector<YarnStrain>& rows) {
   out_.write();
 }
 
-void print_strains(const std::vector<micro::Yarn>& yarns, const std::vector<MeshedStrains>& all) {
-  for (const MeshedStrains& strains : all) print_oddities(yarns, strains);
+void print_strains(const std::vector<micro::Yarn>& yarns, const Comparison& comparison) {
+  for (const YarnComparison& yarn : comparison.yarns)
+    for (const YarnOnMesh& on : yarn.meshes) print_oddities(yarns[yarn.yarn].name, on);
   fmt::print("{:<12} {:<10} {:>8} {:>8}  {:>36}  {:>10} {:>10} {:>10}\n", "yarn", "mesh", "tets", "flagged",
              "E_axial mean (5 % … 95 %)", "E_horiz.", "E_vert.", "gamma_max");
-  for (const auto& mesh : all.front().analysis.meshes) {
+  for (const YarnComparison& yarn : comparison.yarns) {
     std::vector<const YarnStrain*> rows;
-    for (const MeshedStrains& strains : all)
-      if (const YarnStrain* row = find_row(strains.analysis, mesh.yarn)) {
-        print_row(rows.empty() ? yarns[mesh.yarn].name : "", strains.mesh, *row);
-        rows.push_back(row);
-      }
+    for (const YarnOnMesh& on : yarn.meshes) {
+      if (!on.has_mesh()) continue;
+      print_row(rows.empty() ? yarns[yarn.yarn].name : "", text(on.kind), on.summary);
+      rows.push_back(&on.summary);
+    }
     if (rows.size() == 2) print_difference(*rows[0], *rows[1]);
   }
 }

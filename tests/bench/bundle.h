@@ -1,0 +1,71 @@
+#pragma once
+/// \file
+/// A bundle of touching fibers and its matrix, for benchmarks of what an increment consists of.
+
+#include <memory>
+#include <vector>
+
+#include "micro/contact/contact.h"
+#include "micro/fiber/enriched_beam.h"
+#include "micro/fiber/rod.h"
+#include "micro/solve/linear_solver.h"
+#include "micro/weave/flat_start.h"
+
+namespace trame::micro::bench {
+
+/// A bundle of fibers of radius 1 that touch their neighbours all along, 40 elements each.
+struct Bundle {
+  Bundle(Index n_fibers, FiberModel model)
+      : assembly(make_assembly(n_fibers, model)), field(assembly.mesh, std::vector(n_fibers, model), layout),
+        contact(field, {}, std::vector(n_fibers, 1.0)) {
+    state.q.assign(layout.n_vectors(), Vec3::Zero());
+    field.read_configuration(assembly.configuration, state);
+    contact.begin_step(state, 1);
+    contact.update(state, Effect::Update::everything);
+    if (model == FiberModel::enriched)
+      elastic =
+          std::make_unique<EnrichedBeams>(field, std::vector(n_fibers, material()), assembly.configuration, false);
+    else
+      elastic = std::make_unique<Rods>(field, std::vector(n_fibers, material()));
+    Pattern::Builder builder;
+    contact.announce(builder);
+    elastic->announce(builder);
+    pattern = Pattern(layout, builder);
+    values.resize(pattern.n_values());
+    force.resize(layout.n_dofs());
+    magnitude.resize(layout.n_vectors());
+  }
+  static Material material() { return {"m", 1, 1, 0.4, 0.25, 0.25}; }
+  static Assembly make_assembly(Index n_fibers, FiberModel model) {
+    Scene scene;
+    scene.materials = {material()};
+    scene.fiber_types = {{"f", 0, 1.0, model}};
+    scene.bundles = {{"b", 0, {{0, 0, 0}, {400, 0, 0}}, 40, n_fibers, 0, 1.0, 0.5}};
+    return assemble_scene(scene);
+  }
+  void assemble(const Effect& effect) {
+    Assembler assembler(layout, &pattern, 0, layout.n_nodes(), force.data(), magnitude.data(), values.data(),
+                        Assembler::Tangent::exact);
+    effect.add(state, assembler);
+  }
+
+  /// The matrix of fibers and contacts, held so that the free bundle has no rigid motion.
+  void assemble_matrix() {
+    assemble(*elastic);
+    assemble(contact);
+    for (Index j = 0; j < layout.n_nodes(); ++j)
+      for (Index c = 0; c < 3 * layout.n_vectors(j); ++c)
+        values[pattern.value_start(j) + static_cast<std::size_t>(c) * pattern.column_height(j) + c] += 0.1;
+  }
+
+  Assembly assembly;
+  Layout layout;
+  FiberField field;
+  Contact contact;
+  State state;
+  std::unique_ptr<Effect> elastic;
+  Pattern pattern;
+  std::vector<double> values, force, magnitude;
+};
+
+}  // namespace trame::micro::bench

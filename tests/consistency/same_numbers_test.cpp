@@ -1,0 +1,296 @@
+/// A number that stands in several places, the report, the tables, summary.json, the quantities of a study, is the same
+/// number in all of them. One run of plain_small, and what strain_post makes of its states.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "micro/io/scene.h"
+#include "micro/io/snapshot.h"
+#include "support/lattice_yarns.h"
+#include "support/process.h"
+#include "support/temporary_folder.h"
+#include "support/text_file.h"
+#include "workflows/accuracy/quantity.h"
+
+namespace trame::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Row = std::map<std::string, std::string>;
+
+/// Fields of a line between commas, which may be in quotes.
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> fields = {""};
+  bool quoted = false;
+  for (const char c : line)
+    if (c == '"')
+      quoted = !quoted;
+    else if (c == ',' && !quoted)
+      fields.emplace_back();
+    else
+      fields.back() += c;
+  return fields;
+}
+
+std::vector<Row> read_csv(const fs::path& file) {
+  std::istringstream text(read_text(file));
+  std::string line;
+  std::getline(text, line);
+  const std::vector<std::string> names = split(line);
+  std::vector<Row> rows;
+  while (std::getline(text, line)) {
+    const std::vector<std::string> fields = split(line);
+    EXPECT_EQ(fields.size(), names.size()) << line;
+    Row& row = rows.emplace_back();
+    for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) row[names[i]] = fields[i];
+  }
+  return rows;
+}
+
+double number(const Row& row, const char* column) { return std::stod(row.at(column)); }
+
+/// Cells of the rows of a page's table whose heading is `heading`; a heading that stands in several tables gives a row
+/// for each.
+std::vector<std::vector<std::string>> rows_of(const std::string& html, const std::string& heading) {
+  std::vector<std::vector<std::string>> rows;
+  const std::string start = "<tr><th>" + heading + "</th>";
+  for (std::size_t at = html.find(start); at != std::string::npos; at = html.find(start, at + 1)) {
+    const std::string row = html.substr(at + start.size(), html.find("</tr>", at) - at - start.size());
+    static const std::regex cell("<td>(.*?)</td>");
+    auto& cells = rows.emplace_back();
+    for (std::sregex_iterator match(row.begin(), row.end(), cell), end; match != end; ++match)
+      cells.push_back((*match)[1]);
+  }
+  return rows;
+}
+
+/// Expects a text to be the number as that many decimals show it; a table has six digits of it.
+void expect_shows(const std::string& text, double value, int decimals, const std::string& what) {
+  if (std::isnan(value)) {
+    EXPECT_EQ(text, "–") << what;
+    return;
+  }
+  ASSERT_NE(text, "–") << what << ": " << value;
+  EXPECT_NEAR(std::stod(text), value, 0.501 * std::pow(10, -decimals) + 1e-5 * std::abs(value)) << what;
+}
+
+std::pair<std::string, std::string> arrow(const std::string& text) {
+  const std::size_t at = text.find(" → ");
+  EXPECT_NE(at, std::string::npos) << text;
+  return {text.substr(0, at), text.substr(at + std::string(" → ").size())};
+}
+
+/// Where neither an X server nor gnuplot is found: numbers do not need the seconds that pictures take.
+const std::vector<std::string> without_pictures = {"PATH=/nowhere", "DISPLAY="};
+
+class SameNumbers : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    const Outcome outcome = run(folder_->path(), {TRAME_RUN_WORKFLOW, "plain_small", "--out", "run"}, without_pictures);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    const micro::SnapshotReader states(*folder_ / "run/states.h5");
+    last_ = states.n_increments() - 1;
+    const std::string stage = states.read(last_).stage;
+    for (middle_ = last_; states.read(middle_).stage == stage;) --middle_;
+    post("weave", 0, middle_);
+    post("load", middle_, last_);
+    post("whole", 0, last_);
+    page_ = read_text(*folder_ / "run/report.html");
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static void post(const std::string& name, Index from, Index to) {
+    const Outcome outcome = run(
+        folder_->path(),
+        {TRAME_STRAIN_POST, "run/states.h5", "--from", std::to_string(from), "--to", std::to_string(to), "--out", name},
+        without_pictures);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  static std::vector<Row> table(const std::string& name, const char* file) { return read_csv(*folder_ / name / file); }
+  /// The part of a report about a pair of states.
+  static std::string chapter(const std::string& page, Index from, Index to) {
+    const std::size_t at = page.find(fmt::format("State A is increment {}, state B increment {}.", from, to));
+    EXPECT_NE(at, std::string::npos);
+    return page.substr(at, page.find("</section>", at) - at);
+  }
+  /// The chapters of both reports about this pair: that of the run and that of strain_post.
+  static std::vector<std::string> chapters(const std::string& name, Index from, Index to) {
+    return {chapter(page_, from, to), chapter(read_text(*folder_ / name / "report.html"), from, to)};
+  }
+  struct Pair {
+    const char* name;
+    Index from, to;
+  };
+  static std::vector<Pair> pairs() { return {{"weave", 0, middle_}, {"load", middle_, last_}}; }
+
+  static TemporaryFolder* folder_;
+  static std::string page_;
+  static Index middle_, last_;
+};
+TemporaryFolder* SameNumbers::folder_ = nullptr;
+std::string SameNumbers::page_;
+Index SameNumbers::middle_ = 0, SameNumbers::last_ = 0;
+
+/// Means of a column over the stations of a yarn.
+double station_mean(const std::vector<Row>& sections, const std::string& yarn, const char* column) {
+  double sum = 0, n = 0;
+  for (const Row& row : sections)
+    if (row.at("yarn") == yarn && row.at("place").empty()) {
+      sum += number(row, column);
+      ++n;
+    }
+  return sum / n;
+}
+
+TEST_F(SameNumbers, OfYarnsInReportsAndTables) {
+  for (const auto& [name, from, to] : pairs()) {
+    const std::vector<Row> strains = table(name, "strains.csv"), sections = table(name, "sections.csv");
+    ASSERT_EQ(strains.size(), 4U);
+    for (const std::string& html : chapters(name, from, to))
+      for (const Row& row : strains) {
+        const std::string& yarn = row.at("yarn");
+        const auto rows = rows_of(html, yarn);
+        ASSERT_GE(rows.size(), 2U) << yarn;  // sizes and strains; validity
+        const std::vector<std::string>& cells = rows[0];
+        ASSERT_EQ(cells.size(), 11U) << yarn;
+        const auto mean = [&](const char* column) { return station_mean(sections, yarn, column); };
+        const auto expect_change = [&](std::size_t cell, const char* a, const char* b, double unit) {
+          const auto [in_a, in_b] = arrow(cells[cell]);
+          expect_shows(in_a, unit * mean(a), 1, yarn + " " + a);
+          expect_shows(in_b, unit * mean(b), 1, yarn + " " + b);
+        };
+        expect_change(0, "width_A_m", "width_B_m", 1e6);
+        expect_change(1, "height_A_m", "height_B_m", 1e6);
+        expect_change(2, "fill_A", "fill_B", 100);
+        expect_shows(cells[4], 100 * number(row, "E_axial_mean"), 2, yarn);
+        expect_shows(cells[5], 100 * number(row, "E_horizontal_mean"), 2, yarn);
+        expect_shows(cells[6], 100 * number(row, "E_vertical_mean"), 2, yarn);
+        expect_shows(cells[7], 100 * number(row, "gamma_max_mean"), 2, yarn);
+        expect_shows(cells[8], 100 * mean("E_axial_side"), 2, yarn);
+        expect_shows(cells[9], 100 * mean("E_axial_centre"), 2, yarn);
+        const double side = mean("E_axial_side"), centre = mean("E_axial_centre");
+        expect_shows(cells[10], std::abs(centre) > 0.01 * std::abs(side) ? side / centre : std::nan(""), 2, yarn);
+      }
+  }
+}
+
+TEST_F(SameNumbers, OfContinuaInReportsAndTables) {
+  for (const auto& [name, from, to] : pairs())
+    for (const std::string& html : chapters(name, from, to))
+      for (const Row& row : table(name, "continuum.csv")) {
+        const std::string& yarn = row.at("yarn");
+        const auto rows = rows_of(html, yarn);
+        const auto found = std::find_if(rows.begin(), rows.end(), [](const auto& cells) { return cells.size() == 6; });
+        ASSERT_NE(found, rows.end()) << yarn;
+        EXPECT_NE((*found)[0].find(row.at("verdict").substr(0, row.at("verdict").find(':'))), std::string::npos);
+        expect_shows((*found)[1], number(row, "non_affine_95_d"), 2, yarn);
+        expect_shows((*found)[2], number(row, "non_affine_share"), 2, yarn);
+        expect_shows((*found)[3], 100 * number(row, "exchanged_neighbours"), 1, yarn);
+        expect_shows((*found)[4], 100 * number(row, "inverted"), 1, yarn);
+        expect_shows((*found)[5], 100 * number(row, "mesh_difference"), 1, yarn);
+      }
+}
+
+/// Each band that a report lists is a line of bands.csv, and the counts are those of its lines: simple shear in the
+/// middle rows of a yarn of 12 × 12 fibers.
+TEST(SameNumbersOfBands, InReportAndTable) {
+  const TemporaryFolder folder;
+  const micro::test::LatticeYarns yarns{.n_rows = 12, .n_columns = 12, .n_elements = 6, .length = 12};
+  {
+    micro::SnapshotWriter writer(folder / "band.h5", {"1", "scene", "", yarns.mesh(), {}});
+    micro::Increment increment;
+    increment.fibers = yarns.configuration();
+    writer.append(increment);
+    const double middle = 5.5 * std::sqrt(0.75);
+    for (Vec3& r : increment.fibers.r) r.y() += 0.3 * std::clamp(r.z() - middle, -1.3, 1.3);
+    writer.append(increment);
+  }
+  ASSERT_EQ(run(folder.path(), {TRAME_STRAIN_POST, "band.h5", "--out", "out"}, without_pictures).exit_code, 0);
+  const std::vector<Row> bands = read_csv(folder / "out/bands.csv");
+  const std::string html = read_text(folder / "out/report.html");
+  const std::map<std::string, std::string> components = {{"E<sub>axial</sub>", "E_axial"},
+                                                         {"E<sub>horizontal</sub>", "E_horizontal"},
+                                                         {"E<sub>vertical</sub>", "E_vertical"},
+                                                         {"γ<sub>max</sub>", "gamma_max"}};
+  std::map<std::string, int> listed;
+  std::set<std::string> stations;
+  for (const auto& cells : rows_of(html, "warp/1")) {
+    if (cells.size() != 8) continue;
+    const std::string station = cells[0].substr(0, cells[0].find(':')), component = components.at(cells[1]);
+    const auto is_shown = [&](const Row& row) {
+      const auto shows = [&](std::size_t cell, const char* column, double unit, int decimals) {
+        const double value = unit * number(row, column);
+        return std::abs(std::stod(cells[cell]) - value) <= 0.501 * std::pow(10, -decimals) + 1e-5 * std::abs(value);
+      };
+      return row.at("station") == station && row.at("component") == component && row.at("significant") == "1" &&
+             shows(2, "angle_deg", 1, 0) && shows(3, "thickness_d", 1, 1) && shows(4, "length_d", 1, 1) &&
+             shows(5, "aspect", 1, 1) && shows(6, "share_of_section", 100, 0) && shows(7, "p_value", 100, 1);
+    };
+    EXPECT_TRUE(std::any_of(bands.begin(), bands.end(), is_shown)) << cells[0] << " " << cells[1];
+    ++listed[component];
+    stations.insert(station);
+  }
+  EXPECT_EQ(stations, (std::set<std::string>{"1", "4", "7", "10"})) << "those that are shown";
+  EXPECT_GE(listed["gamma_max"], 4);
+  for (const auto& [shown, component] : components) {
+    const std::regex line("<li>" + shown + ": ([0-9]+) bands, of these [0-9]+ with a direction, and ([0-9]+) other");
+    std::smatch match;
+    ASSERT_TRUE(std::regex_search(html, match, line)) << component;
+    const auto count = [&](const char* significant) {
+      return std::count_if(bands.begin(), bands.end(), [&](const Row& row) {
+        return row.at("component") == component && row.at("significant") == significant &&
+               stations.contains(row.at("station"));
+      });
+    };
+    EXPECT_EQ(std::stol(match[1]), count("1")) << component;
+    EXPECT_EQ(std::stol(match[2]), count("0")) << component;
+  }
+}
+
+TEST_F(SameNumbers, OfYarnsInTheSummaryAndTables) {
+  const nlohmann::json summary = nlohmann::json::parse(read_text(*folder_ / "run/summary.json"));
+  const std::vector<Row> strains = table("whole", "strains.csv");
+  ASSERT_EQ(summary["yarns"].size(), strains.size());
+  for (std::size_t y = 0; y < strains.size(); ++y) {
+    const nlohmann::json& yarn = summary["yarns"][y];
+    EXPECT_EQ(yarn["name"], strains[y].at("yarn"));
+    EXPECT_EQ(yarn["n_tets"], std::stol(strains[y].at("n_tets")));
+    EXPECT_EQ(yarn["n_flagged"], std::stol(strains[y].at("n_flagged")));
+    for (const char* column : {"E_axial_mean", "E_axial_min", "E_axial_max"})
+      EXPECT_EQ(fmt::format("{:.9g}", yarn[column].get<double>()), strains[y].at(column)) << column;
+  }
+}
+
+/// What a study measures of a run is what the run says of itself.
+TEST_F(SameNumbers, OfQuantitiesInTheStudyTablesAndSummary) {
+  const micro::SnapshotReader states(*folder_ / "run/states.h5");
+  const micro::Scene scene = micro::parse_scene(states.header().scene_text, "states.h5");
+  std::map<std::string, double> quantities;
+  for (const workflows::Quantity& quantity : workflows::read_quantities(scene, *folder_ / "run"))
+    quantities[quantity.name] = quantity.value;
+  const nlohmann::json summary = nlohmann::json::parse(read_text(*folder_ / "run/summary.json"));
+  EXPECT_EQ(quantities.at("stored_energy_J"), summary["energy"]["stored"].get<double>());
+  EXPECT_EQ(quantities.at("friction_energy_J"), summary["energy"]["friction"].get<double>());
+  const std::vector<Row> curves = read_csv(*folder_ / "run/curves.csv"), sections = table("load", "sections.csv");
+  for (const std::string family : {"warp", "weft"}) {
+    EXPECT_NEAR(quantities.at(family + "_force_at_2%_N"), number(curves.back(), (family + "_force_N").c_str()), 1e-9);
+    double side = 0, centre = 0;
+    for (const char* yarn : {"/1", "/2"}) {
+      side += station_mean(sections, family + yarn, "E_axial_side");
+      centre += station_mean(sections, family + yarn, "E_axial_centre");
+    }
+    EXPECT_NEAR(quantities.at(family + "_side_to_centre"), side / centre, 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace trame::test

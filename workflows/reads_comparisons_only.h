@@ -1,0 +1,12 @@
+#pragma once
+/// \file
+/// Included before every file of the programs that tell of yarns. Everything between two states is computed once, by
+/// `meso::YarnComparer`, and they only read it: to compute any of it again is an error of the compiler.
+
+#include "meso/comparison.h"
+#include "meso/continuum/non_affine.h"
+
+#pragma GCC poison mesh_yarn section_coordinates strain_between nodal_strain summarise weighted_statistics
+#pragma GCC poison YarnSections section_pairs section_pair section_means axial_strains
+#pragma GCC poison find_shear_bands survey_bands survey_orientation find_shear_zones
+#pragma GCC poison yarn_continuum exchanged_neighbours non_affine_residual
