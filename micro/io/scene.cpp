@@ -434,11 +434,22 @@ void check_key_depth(const std::string& toml, const std::string& origin) {
   }
 }
 
+/// TOML has no control characters but tabs and ends of lines; the library is not sure of itself where it meets them.
+void check_control_characters(const std::string& toml, const std::string& origin) {
+  const auto bad = std::find_if(toml.begin(), toml.end(), [](unsigned char c) {
+    return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f;
+  });
+  if (bad != toml.end())
+    throw InputError(fmt::format("{}: line {}: a control character, \"{}\"", origin,
+                                 1 + std::count(toml.begin(), bad, '\n'), printable(std::string(1, *bad))));
+}
+
 }  // namespace
 
 Scene parse_scene(const std::string& toml, const std::string& origin) {
   if (toml.size() > max_scene_bytes)
     throw InputError(fmt::format("{}: {} bytes; a scene has at most {}", origin, toml.size(), max_scene_bytes));
+  check_control_characters(toml, origin);
   check_key_depth(toml, origin);
   toml::table table;
   try {

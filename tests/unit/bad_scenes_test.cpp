@@ -621,6 +621,11 @@ TEST(BadScenes, KeysWithoutBottom) {
   EXPECT_NE(error_of("x = " + std::string(100'000, '[')), "no error");
 }
 
+TEST(BadScenes, ControlCharacters) {
+  EXPECT_EQ(error_of(std::string("\n[\0x]\n", 6)), "bad.toml: line 2: a control character, \"\\x00\"");
+  EXPECT_EQ(error_of("# \x1b[2J\n" + good_scene), "bad.toml: line 1: a control character, \"\\x1b\"");
+}
+
 TEST(BadScenes, FilesWithoutBound) {
   EXPECT_NE(error_of(std::string(16'000'001, '#')).find("16000001 bytes; a scene has at most 16000000"),
             std::string::npos);
