@@ -408,6 +408,9 @@ void Contact::commit(const State& state) {
     dissipated_ += slip.dissipated;
     tractions_[i] = slip.force;
   }
+  // Where fibers have parted, the preload goes, and with it what it was short of at no penetration.
+  for (const ContactElement& e : elements_)
+    if (e.preload > 0 && e.gap() >= e.preload) adaptation_work_ += penalty_energy(-e.preload, e.penalty, regularisation(e));
   coming_adaptation_work_ = law_.adapt_penalty ? adapt_penalties() : 0;
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i)

@@ -183,8 +183,8 @@ void suggest_samples(const FiberField& field, const ProximitySearch& search, con
   const int sense = sense_of(cosine(n));
   const double tau = 0.5 * (a.s + sense * b.s), u = 0.5 * (a.s - sense * b.s);
   const double extent = 0.2501 * (fiber_spacing(field, search, a.fiber) + fiber_spacing(field, search, b.fiber));
-  const auto last = static_cast<std::int64_t>(std::floor((tau + extent) / spacing));
-  for (auto k = static_cast<std::int64_t>(std::ceil((tau - extent) / spacing)); k <= last; ++k)
+  const auto last = static_cast<std::int64_t>(std::floor((tau + extent) / spacing - 0.5));
+  for (auto k = static_cast<std::int64_t>(std::ceil((tau - extent) / spacing - 0.5)); k <= last; ++k)
     candidates.push_back({a.fiber, b.fiber, sense, k, u, n.distance});
 }
 
@@ -215,7 +215,7 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   const double spacing = pair_spacing(field, search, c.fiber_a, c.fiber_b);
   const double radius = smaller_radius(field, c.fiber_a, c.fiber_b), contact = reach(field, search, c.fiber_a, c.fiber_b);
   const double within = 2 * (fiber_spacing(field, search, c.fiber_a) + fiber_spacing(field, search, c.fiber_b));
-  double tau = static_cast<double>(c.k) * spacing;
+  double tau = (static_cast<double>(c.k) + 0.5) * spacing;
   auto chord = chord_at_mean_arc_length(field, state, c.fiber_a, c.fiber_b, c.sense, tau, c.u, within);
   if (!chord || chord->c.norm() > 2 * contact + spacing) return std::nullopt;
   // A sample near an end stands for what its fibers cover of its cell, from the middle of that.

@@ -266,6 +266,10 @@ struct SnapshotReader::Impl {
       check(path, values);
     }
     template <class T>
+    void later_ragged(const std::string& path, const char*, const std::vector<T>& values, bool) const {
+      check(path, values);
+    }
+    template <class T>
     void ragged(const std::string& path, const char*, const std::vector<T>& values, bool) const {
       check(path, values);
     }

@@ -238,6 +238,10 @@ struct Measurer {
     add(values);
   }
   template <class T>
+  void later_ragged(const std::string& path, const char* unit, const std::vector<T>& values, bool single) {
+    ragged(path, unit, values, single);
+  }
+  template <class T>
   void scalar(const std::string&, const char*, const T&) {
     bytes += overhead_bytes;
   }

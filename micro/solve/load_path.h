@@ -14,7 +14,7 @@ struct LoadPathSettings {
   int n_increments = 10;  ///< wanted
   int max_geometry_updates = 12;     ///< times that contact found anew undoes an equilibrium, in an increment
   int max_detours = 60;              ///< detections in an increment on the way, where fibers move far
-  double friction_tolerance = 1e-3;  ///< residual once limits of friction are renewed: forces are in balance before that
+  double friction_tolerance = 1e-4;  ///< residual once limits of friction are renewed: forces are in balance before that
   int max_stiffenings = 12;          ///< of penalties and preloads in an increment
   double min_increment = 1e-4;       ///< of stage time
   bool may_take_whole_steps =

@@ -368,7 +368,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
 
     if (!settings_.damps_soft_modes) adapt_cap(r.norm);
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
-    const double tolerance = std::clamp(0.3 * goal / r.norm, 1e-3, 0.05), n_entries = n_factor_entries();
+    const double tolerance = std::clamp(0.1 * goal / r.norm, 1e-4, 0.02), n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
     const bool try_old_factor = settings_.damps_soft_modes || last_taken_whole;
     if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, r.norm, outcome)) {

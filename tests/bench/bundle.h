@@ -21,7 +21,7 @@ struct Bundle {
     state.q.assign(layout.n_vectors(), Vec3::Zero());
     field.read_configuration(assembly.configuration, state);
     contact.begin_step(state, 1);
-    contact.update(state, Effect::Update::everything);
+    contact.update(state);
     if (model == FiberModel::enriched)
       elastic =
           std::make_unique<EnrichedBeams>(field, std::vector(n_fibers, material()), assembly.configuration, false);

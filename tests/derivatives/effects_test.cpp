@@ -48,11 +48,16 @@ TEST(Derivatives, ContactAndFriction) {
     law.friction_coefficient = 0.4;
     Contact contact(scene.field, law, {1, 1});
     contact.begin_step(scene.state, 1);
-    contact.update(scene.state, Effect::Update::everything);
+    contact.update(scene.state);
     ASSERT_GE(contact.elements().size(), 3u);
     // Small steps stick, larger ones slide; both branches of the return mapping and of the penalty are met.
     for (const double amplitude : {0.003, 0.05})
-      expect_consistent_derivatives(contact, scene.layout, perturbed(scene.layout, scene.state, amplitude, 4));
+      // Of beams the sliding of feet to sections of another size is left out: of the order of the amplitude.
+      if (model == FiberModel::rod)
+        expect_consistent_derivatives(contact, scene.layout, perturbed(scene.layout, scene.state, amplitude, 4));
+      else
+        expect_consistent_derivatives(contact, scene.layout, perturbed(scene.layout, scene.state, amplitude, 4),
+                                      amplitude, amplitude);
   }
 }
 
@@ -60,7 +65,7 @@ TEST(Derivatives, CrossingOrder) {
   TwoFibers scene(FiberModel::rod, TwoFibers::Arrangement::crossed);
   CrossingOrder order(scene.field, {{0, 1}}, -2, 1.0, 0.03, 0.3);
   order.begin_step(scene.state, 1);
-  order.update(scene.state, Effect::Update::everything);
+  order.update(scene.state);
   ASSERT_EQ(order.elements().size(), 1u);
   expect_consistent_derivatives(order, scene.layout, perturbed(scene.layout, scene.state, 0.05, 5));
 }

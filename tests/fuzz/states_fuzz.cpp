@@ -139,7 +139,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const StageModel model(good.natural, good.assembly, good.natural.stages[1], restart.carried);
     for (const auto& effect : model.effects) {
       effect->begin_step(model.start, 1);
-      effect->update(model.start, Effect::Update::everything);
+      effect->update(model.start);
     }
   } catch (const InputError&) {  // what is meant
   }

@@ -244,18 +244,15 @@ RunResult tip_on_flank(double down) {
   return run_scene(scene);
 }
 
-TEST(ContactGeometry, TipPressedOnAFlankIsReported) {
-  // The closest points lie at an end, where no plane normal to the mean tangent cuts both: there is no element, and the
-  // tip goes in without resistance. Known limit of the method, which the run must name.
+TEST(ContactGeometry, TipPressedOnAFlankMeetsResistance) {
+  // The shortest chord rests at an end of the fiber that presses: a point contact there.
   const RunResult result = tip_on_flank(1.0);
   expect_done(result);
-  measured(fmt::format("{} contact elements, force {:.1e} at a tip 0.95 R deep; {}", result.last().contacts.gap.size(),
+  measured(fmt::format("{} contact elements, force {:.1e} at a tip pushed 0.95 R; {}", result.last().contacts.gap.size(),
                        normal_resultant(result.last()).norm(), fmt::join(result.summary.warnings, "; ")));
-  EXPECT_EQ(result.summary.n_buried_ends, 1);
-  ASSERT_EQ(result.summary.warnings.size(), 1u);
-  EXPECT_NE(result.summary.warnings[0].find("the start of fiber 1 in fiber 0 of yarn under at 50 %"), std::string::npos)
-      << result.summary.warnings[0];
-  // Still outside, there is nothing to report.
+  EXPECT_GE(result.last().contacts.gap.size(), 1u);
+  EXPECT_GT(normal_resultant(result.last()).norm(), 0);
+  EXPECT_EQ(result.summary.n_buried_ends, 0);
   EXPECT_EQ(tip_on_flank(0.02).summary.n_buried_ends, 0);
 }
 

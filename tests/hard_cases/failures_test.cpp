@@ -66,7 +66,6 @@ StageRun run_with(Spoils what, double from) {
   NewtonSolver newton(model.layout, settings, 1, timers);
   LoadPathSettings path;
   path.n_increments = 10;
-  path.geometry_tolerance = 1e-2;
   path.min_increment = 1e-2;
   StageRun run;
   StageDriver driver;

@@ -24,7 +24,7 @@ struct Touching {
     for (Index n = field.element_node(moved, 0); with_friction && n <= field.last_node(moved); ++n)
       start.q[layout.first_vector(n)] += Vec3(0.01, -0.02, 0.005);
     contact.begin_step(start, 1);
-    contact.update(state, Effect::Update::everything);
+    contact.update(state);
     force = test::assemble(contact, layout, state).force;
   }
   static Assembly make_assembly(FiberModel model, const std::vector<Points>& fibers) {

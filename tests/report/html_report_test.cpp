@@ -247,10 +247,16 @@ TEST_F(ReportOfFibers, TellsOfBodiesAndElongationsInsteadOfYarns) {
 }
 
 TEST_F(ReportOfFibers, BeginsWithTheWarnings) {
+  const meso::YarnComparer comparer(states_);
+  const meso::Comparison comparison = comparer.compare({0, 2});
   write_text(folder_ / "summary.json",
              R"({"status": "gave_up", "message": "stage <b>", "warnings": ["it is unstable", "fibers lie deep"]})");
   (void)write_report(
-      {.states = states_, .pairs = {{0, 2}}, .file = file_, .summary = folder_ / "summary.json", .draw_patch = false});
+      {.states = states_,
+                      .comparisons = {&comparison},
+                      .file = file_,
+                      .summary = folder_ / "summary.json",
+                      .draw_patch = false});
   const std::string html = read_text(file_);
   const std::string::size_type contents = html.find("<nav>");
   for (const char* text : {"<b>Warning:</b> the solver gave up: stage &lt;b&gt;.", "<b>Warning:</b> it is unstable.",
@@ -259,7 +265,11 @@ TEST_F(ReportOfFibers, BeginsWithTheWarnings) {
 
   write_text(folder_ / "summary.json", R"({"status": "done", "message": "", "warnings": []})");
   (void)write_report(
-      {.states = states_, .pairs = {{0, 2}}, .file = file_, .summary = folder_ / "summary.json", .draw_patch = false});
+      {.states = states_,
+                      .comparisons = {&comparison},
+                      .file = file_,
+                      .summary = folder_ / "summary.json",
+                      .draw_patch = false});
   EXPECT_FALSE(holds(read_text(file_), "Warning"));
 }
 

@@ -401,7 +401,6 @@ TEST(BadScenes, StiffnessesThatDoublePrecisionCannotBear) {
   expect_start(error_of(with_other_wire("1e18 Pa", "20 um")),
                "bad.toml: material.other.young_modulus = \"1e18 Pa\": E A of fiber_type.other would be ");
   expect_start(error_of(with_other_wire("3 GPa", "200 m")), "bad.toml: fiber_type.other.diameter = \"200 m\": E A of");
-  expect_start(error_of(with_other_wire("3 GPa", "1e-300 m")), "bad.toml: fiber_type.other.diameter = \"1e-300 m\": ");
   // A carbon fiber beside the filaments, hard along the fiber alone.
   std::string carbon = with_other_wire("3 GPa", "20 um");
   carbon.replace(carbon.find("material = \"other\""), 18, "material = \"carbon\"");
@@ -412,7 +411,7 @@ TEST(BadScenes, StiffnessesThatDoublePrecisionCannotBear) {
 
 TEST(BadScenes, WhatNoFiberHasIsNotAskedForItsStiffness) {
   std::string toml = good_scene;
-  toml.replace(toml.find("230 GPa"), 7, "1e30 Pa");  // carbon, of which no fiber is
+  toml.replace(toml.find("230 GPa"), 7, "1e20 Pa");  // carbon, of which no fiber is
   EXPECT_EQ(error_of(toml), "no error");
 }
 
@@ -526,7 +525,8 @@ const Mistake out_of_proportion[] = {
      "bad.toml: fiber[1].points[2][1] = \"1e308 um\": must be at most 1e+06 m"},
     {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"2 Ym\", \"0 mm\", \"1 mm\"]]",
      "bad.toml: fiber[1].points[2][1] = \"2 Ym\": must be at most 1e+06 m"},
-    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"2 km\", \"0 mm\", \"1 mm\"]]", "bad.toml: fiber[1].points = [["},
+    {"[\"1 mm\", \"0 mm\", \"1 mm\"]]", "[\"2 km\", \"0 mm\", \"1 mm\"]]",
+     "bad.toml: fiber_type.filament.diameter = \"20 um\": E A of"},
     {"[\"1 mm\", \"2 mm\", \"3 mm\"]", "[\"-20 km\", \"2 mm\", \"3 mm\"]",
      "bad.toml: body[1].position = [\"-20 km\", \"2 mm\", \"3 mm\"]: must be at most 1000 m, 1e+08 radii"},
     {"diameter = \"20 um\"", "diameter = \"1e-300 m\"",
@@ -535,7 +535,7 @@ const Mistake out_of_proportion[] = {
      "[fiber_type.thick]\nmaterial = \"pa66\"\ndiameter = \"1 m\"\n[[fiber]]\nname = \"rope\"\n"
      "fiber_type = \"thick\"\npoints = [[\"0 m\", \"0 m\", \"5 m\"], [\"9 m\", \"0 m\", \"5 m\"]]\n"
      "elements = 3\n[[fiber]]",
-     "bad.toml: fiber_type: diameters from 2e-05 m to 1 m; must be within a factor of 10000"},
+     "bad.toml: fiber_type.thick.diameter = \"1 m\": E A of fiber_type.thick would be"},
     {"elements = 9", "elements = 45000000",
      "bad.toml: fiber[1].elements = 45000000: elements of 2.22222e-11 m; must be at least 1e-10 m"},
     {"\"3 GPa\"", "\"1e-300 Pa\"", "bad.toml: material.pa66.young_modulus = \"1e-300 Pa\": must be at least 1e-06 Pa"},

@@ -83,8 +83,8 @@ struct Counted {
         state.q[model.layout.first_vector(n)] += Vec3(0.02, 0, 0);
     for (const auto& effect : model.effects) {
       effect->begin_step(model.start, 0.5);
-      effect->update(model.start, Effect::Update::everything);
-      effect->update(model.start, Effect::Update::everything);
+      effect->update(model.start);
+      effect->update(model.start);
       effect->commit(state);
     }
     Pattern::Builder builder;
@@ -135,8 +135,11 @@ std::size_t expected_entries(const Combination& c, const Counted& counted) {
   if (counted.model.contact)
     for (const ContactElement& e : counted.model.contact->elements()) {
       std::vector<Index> nodes;
-      for (const FiberPoint& p : {e.a, e.b})
-        for (int n = 0; n < p.n_nodes; ++n) nodes.push_back(p.first_node + n);
+      // The elements of its feet, and the next ones where a foot is about to cross a joint.
+      for (const auto& [fiber, elements] : {std::pair(e.fiber_a, e.announced[0]), std::pair(e.fiber_b, e.announced[1])})
+        for (Index n = field.element_node(fiber, elements.first);
+             n < field.element_node(fiber, elements.second) + per_element; ++n)
+          nodes.push_back(n);
       couple(nodes);
     }
   std::size_t entries = 0;

@@ -90,6 +90,7 @@ Increment sample_increment(Index i, Index n_contacts) {
     increment.contacts.slip.emplace_back(0, x, 0.25);
     increment.contacts.penalty.push_back(8 * x);
     increment.contacts.length.push_back(9 * x);
+    increment.contacts.preload.push_back(10 * x);
   }
   Mat3 rotation;
   rotation << 1, 2, 3, 4, 5, 6, 7, 8, 9 + i;
@@ -139,6 +140,7 @@ void expect_equal(const Increment& a, const Increment& b) {
   EXPECT_EQ(a.contacts.slip, b.contacts.slip);
   EXPECT_EQ(a.contacts.penalty, b.contacts.penalty);
   EXPECT_EQ(a.contacts.length, b.contacts.length);
+  EXPECT_EQ(a.contacts.preload, b.contacts.preload);
   EXPECT_EQ(a.bodies.position, b.bodies.position);
   EXPECT_EQ(a.bodies.rotation, b.bodies.rotation);
   EXPECT_EQ(a.bodies.force, b.bodies.force);

@@ -94,7 +94,8 @@ void write_run(const fs::path& file) {
     micro::ContactRecord& contacts = state.contacts;
     contacts.fiber_a = {0, 1}, contacts.fiber_b = {5, 6};
     for (auto* values :
-         {&contacts.s_a, &contacts.s_b, &contacts.gap, &contacts.normal_force, &contacts.penalty, &contacts.length})
+         {&contacts.s_a, &contacts.s_b, &contacts.gap, &contacts.normal_force, &contacts.penalty, &contacts.length,
+          &contacts.preload})
       *values = {0.1, 0.2};
     for (auto* values : {&contacts.position, &contacts.normal, &contacts.friction_force, &contacts.slip})
       *values = {Vec3::UnitX(), Vec3::UnitY()};
