@@ -179,7 +179,10 @@ void suggest_samples(const FiberField& field, const ProximitySearch& search, con
   const Sample &a = *n.a, &b = *n.b;
   const double spacing = pair_spacing(field, search, a.fiber, b.fiber);
   const double radius = smaller_radius(field, a.fiber, b.fiber);
-  if (share_of_samples(rise_over_half_spacing(valley_bounds(field, n).low, spacing), radius) == 0) return;
+  // A fiber that meets itself may come nearest where it is its own course, which is no contact: there samples do alone.
+  if (a.fiber != b.fiber &&
+      share_of_samples(rise_over_half_spacing(valley_bounds(field, n).low, spacing), radius) == 0)
+    return;
   const int sense = sense_of(cosine(n));
   const double tau = 0.5 * (a.s + sense * b.s), u = 0.5 * (a.s - sense * b.s);
   const double extent = 0.2501 * (fiber_spacing(field, search, a.fiber) + fiber_spacing(field, search, b.fiber));
@@ -231,7 +234,8 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   if (c.fiber_a == c.fiber_b && chord->b.s - chord->a.s < least_arc_between(field, search, c.fiber_a))
     return std::nullopt;
   const double curvature = valley_curvature(*chord, c.sense, 0.5 * sum_of_radii(field, c.fiber_a, c.fiber_b));
-  const double share = share_of_samples(rise_over_half_spacing(curvature, spacing), radius);
+  const double share =
+      c.fiber_a == c.fiber_b ? 1 : share_of_samples(rise_over_half_spacing(curvature, spacing), radius);
   if (share == 0) return std::nullopt;
   return Proximity{*chord, share * (part.high - part.low), false, static_cast<double>(c.sense), tau};
 }

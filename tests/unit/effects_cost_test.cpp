@@ -204,7 +204,8 @@ TEST(EffectsCost, FrictionAndAdaptationKeepNothingWhereTheyAreOff) {
 }
 
 TEST(EffectsCost, FrictionAloneActsAlongTheFibers) {
-  // The bundles are straight along x and stay so: normals have no x, penalties no force along it. Exactly.
+  // The bundles are straight along x and stay so: normals have no x, penalties no force along it, but for the round-off
+  // of where the feet are.
   for (const Combination& c : combinations()) {
     SCOPED_TRACE(text(c));
     if (c.scope == ContactScope::none || c.self_contact) continue;
@@ -218,8 +219,8 @@ TEST(EffectsCost, FrictionAloneActsAlongTheFibers) {
       stiffness_along = std::max(stiffness_along, std::abs(assembled.tangent(dof, dof)));
     }
     EXPECT_GT(normal, 1e-4);
-    EXPECT_EQ(along > 0, c.friction);
-    EXPECT_EQ(stiffness_along > 0, c.friction);
+    EXPECT_EQ(along > 1e-7 * normal, c.friction);
+    EXPECT_EQ(stiffness_along > 1e-7, c.friction);
   }
 }
 

@@ -113,7 +113,7 @@ TEST(AccuracyCases, KnowWhichSettingsKeepTheEffects) {
 }
 
 TEST(AccuracyCases, DropTheScenesOwnValuesHoweverTheyAreWritten) {
-  EXPECT_TRUE(canonical(data_scene("plain_small"), {{"force_tolerance", "1e-4"}, {"elements", "1.0"}}).empty());
+  EXPECT_TRUE(canonical(data_scene("plain_small"), {{"force_tolerance", "1e-6"}, {"elements", "1.0"}}).empty());
 }
 
 Profile small_profile() {
@@ -308,7 +308,7 @@ TEST(AccuracyOfRuns, DrawsALineForEachKnob) {
   Study study = quartic_study();
   compare(study);
   expect_mentions(work_precision_script(study),
-                  {"set logscale xy", "$elements", "'elements'", "Pareto front", "1 16\n2 1\n"});
+                  {"set logscale xy", "$elements", "title \"elements\"", "Pareto front", "1 16\n2 1\n"});
   EXPECT_EQ(work_precision_script(Study{}), "");
 }
 
