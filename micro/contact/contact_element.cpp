@@ -169,15 +169,6 @@ class LocalForms {
         form.segment<3>(begin_[side] + 9 * n + 3 * (w + 1)) += shape.weight[n][0] * v[w] * direction;
   }
 
-  /// form += direction·(v₁ δg₁' + v₂ δg₂'), ' by arc length.
-  void add_section_change(Form& form, int side, const Vec2& v, const Vec3& direction) const {
-    const FiberPoint& shape = curves_[side].tangent;
-    if (shape.n_vectors < 3) return;
-    for (int n = 0; n < shape.n_nodes; ++n)
-      for (int w = 0; w < 2; ++w)
-        form.segment<3>(begin_[side] + 9 * n + 3 * (w + 1)) += shape.weight[n][0] * v[w] * direction;
-  }
-
   void scatter_force(const Form& force, Assembler& assembler) const {
     for_each_node([&](Index node, int at, int n_vectors) {
       if (!assembler.owns(node)) return;
@@ -223,7 +214,6 @@ class LocalForms {
 struct Sliding {
   int n = 0;
   std::array<LocalForms::Form, 2> b;
-  std::array<LocalForms::Form, 2> c;  // ∂/∂e of what sections give to δg
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  // of A
 };
 
@@ -244,9 +234,6 @@ Sliding sliding(const ContactElement& e, const LocalForms& local) {
     local.add_position(s.b[i], 0, -turn);
     if (f[0] != 0) local.add_tangent(s.b[i], 0, -f[0] * g.normal);
     if (f[1] != 0) local.add_tangent(s.b[i], 1, f[1] * g.normal);
-    s.c[i] = local.zero();
-    local.add_section_change(s.c[i], 0, e.radius_a * f[0] * g.a.w, -g.normal);
-    local.add_section_change(s.c[i], 1, e.radius_b * f[1] * g.b.w, g.normal);
     for (int j = 0; j <= i; ++j)
       a(i, j) = a(j, i) = along[j].dot(turn) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
                                                              f[0] * chord.free[j][0] * chord.at_a.curvature);
@@ -317,8 +304,6 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
       add_square(slide.b[i], f * slide.inverse(i, i));
       for (int j = 0; j < i; ++j)
         k.template selfadjointView<Eigen::Lower>().rankUpdate(slide.b[i], slide.b[j], f * slide.inverse(i, j));
-      for (int j = 0; j < slide.n; ++j)
-        k.template selfadjointView<Eigen::Lower>().rankUpdate(slide.c[i], slide.b[j], 0.5 * f * slide.inverse(i, j));
     }
   }
   local.scatter_tangent(k, assembler);

@@ -81,8 +81,8 @@ struct ContactElement {
   Index fiber_a = 0, fiber_b = 0;
   double s_a = 0, s_b = 0;      ///< arc lengths of the feet
   /// Elements of either fiber that the couplings announced cover: those of the feet, and the next ones where a foot is
-  /// near a joint.
-  std::array<std::pair<Index, Index>, 2> announced{};
+  /// near a joint. Empty at first.
+  std::array<std::pair<Index, Index>, 2> announced{{{0, -1}, {0, -1}}};
   FiberPoint a, b;              ///< particles on the outlines (for rods on the centre lines), which friction follows
   double radius_a = 0, radius_b = 0;
   Vec3 normal = Vec3::UnitZ();  ///< from a to b

@@ -41,8 +41,8 @@ TEST(Derivatives, Rod) {
   expect_consistent_derivatives(rods, scene.layout, perturbed(scene.layout, scene.state, 0.1, 3));
 }
 
-// Of beams the forces are checked alone, to the order of what is left out: that feet slide to sections of another size.
-// Their tangent is an approximation.
+// Of beams both are checked to the order of what is left out, that feet slide to sections of another size: that goes with
+// the change of strain along a fiber, which is 1 % here and what random steps make it.
 TEST(Derivatives, ContactAndFriction) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
     TwoFibers scene(model);
@@ -55,10 +55,7 @@ TEST(Derivatives, ContactAndFriction) {
     // Small steps stick, larger ones slide; both branches of the return mapping and of the penalty are met.
     for (const double amplitude : {0.003, 0.05}) {
       const State state = perturbed(scene.layout, scene.state, amplitude, 4);
-      if (model == FiberModel::rod)
-        expect_consistent_derivatives(contact, scene.layout, state);
-      else
-        test::expect_gradient(contact, scene.layout, state, amplitude);
+      expect_consistent_derivatives(contact, scene.layout, state, model == FiberModel::rod ? 0 : 0.01 + 1.5 * amplitude);
     }
   }
 }
