@@ -144,9 +144,11 @@ class StageCost {
     for (const ContactElement& e : elements) blocks += blocks_of(e.a, e.b);
     return blocks;
   }
-  static double count_blocks(const std::vector<CrossingOrder::Element>& elements) {
+  [[nodiscard]] double count_blocks(const std::vector<CrossingOrder::Element>& elements) const {
     double blocks = 0;
-    for (const CrossingOrder::Element& e : elements) blocks += blocks_of(e.gap.a, e.gap.b);
+    for (const CrossingOrder::Element& e : elements)
+      blocks += blocks_of(model_.field.curve_forms(e.a.fiber, e.a.element, e.a.s).r,
+                          model_.field.curve_forms(e.b.fiber, e.b.element, e.b.s).r);
     return blocks;
   }
   /// Seconds for contact elements: to make them anew at every detection, and to assemble them.

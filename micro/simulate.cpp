@@ -310,7 +310,7 @@ class Run {
       carried_.contact_history = model.contact->history();
       carried_.contact_tractions = model.contact->tractions();
     }
-    if (model.crossing_order) add_history(carried_.contact_history, model.crossing_order->history(state));
+    if (model.crossing_order) add_history(carried_.contact_history, model.crossing_order->history());
     carried_.just_separated = stage.separate_yarns;
     count_crossings(model, state, assembly_, summary_);
     look_for_buried_ends(model, state, stage);

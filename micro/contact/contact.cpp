@@ -194,7 +194,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   set_penalty(e, known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
   measure(field_, state, e);
   place_particles(field_, e);
-  (void)cover_feet(field_, e);
+  (void)e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b);
   return e;
 }
 
@@ -284,7 +284,7 @@ bool Contact::follow(const State& state, Follow what) {
     micro::follow(field_, state, e);
     if (what == Follow::trial) continue;
     e.feet_at_iteration = {e.pair.chord.a, e.pair.chord.b};
-    grown = cover_feet(field_, e) || grown;
+    grown = e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b) || grown;
     if (law_.friction && what == Follow::renewal) stick_slip_[i] = make_stick_slip(e, known_[i]);
   }
   return grown;
@@ -306,7 +306,7 @@ double Contact::slip_energy(const State& state) const {
 }
 
 void Contact::announce(Pattern::Builder& builder) const {
-  for (const ContactElement& e : elements_) announce_contact_element(field_, e, builder);
+  for (const ContactElement& e : elements_) e.covered.announce(field_, e.fiber_a, e.fiber_b, builder);
 }
 
 void Contact::add(const State& state, Assembler& assembler) const {

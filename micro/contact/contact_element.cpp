@@ -42,7 +42,8 @@ double measure_section(const FiberField& field, const State& state, const Foot& 
   section = {};
   if (field.model(foot.fiber) != FiberModel::enriched) return 0;
   const auto forms = field.curve_forms(foot.fiber, foot.element, foot.s);
-  const Vec3 g1 = section_vector(forms.r, 1, field.layout(), state), g2 = section_vector(forms.r, 2, field.layout(), state);
+  const Vec3 g1 = section_vector(forms.r, 1, field.layout(), state),
+             g2 = section_vector(forms.r, 2, field.layout(), state);
   const Vec2 w(outward.dot(g1), outward.dot(g2));
   const double size = w.norm();
   if (size < 1e-6) return 0;  // a section seen edge on has no outermost particle
@@ -65,8 +66,7 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
   // A direction that turned over since the last increment means that the axes passed through each other: push back.
   if (reliable && e.has_side && g.normal.dot(e.side) < -0.5) g.normal = -g.normal;
   g.inverse_distance = reliable ? 1 / g.normal.dot(c) : 0;
-  g.value = g.normal.dot(c) - e.offset -
-            measure_section(field, state, e.pair.chord.a, e.radius_a, g.normal, g.a) -
+  g.value = g.normal.dot(c) - e.offset - measure_section(field, state, e.pair.chord.a, e.radius_a, g.normal, g.a) -
             measure_section(field, state, e.pair.chord.b, e.radius_b, -g.normal, g.b);
   e.normal = g.normal;
   e.s_a = e.pair.chord.a.s;
@@ -137,78 +137,6 @@ bool touches(const FiberPoint& a, const FiberPoint& b, const Assembler& assemble
          assembler.touches(b.first_node, b.first_node + b.n_nodes - 1);
 }
 
-/// Forms of the unknowns of the two elements that a contact couples, as dense vectors: node after node of a, then of b.
-class LocalForms {
- public:
-  static constexpr int max_size = 54;
-  using Form = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_size, 1>;
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_size, max_size>;
-
-  LocalForms(const FiberField& field, const ContactElement& e)
-      : curves_{field.curve_forms(e.fiber_a, e.pair.chord.a.element, e.s_a),
-                field.curve_forms(e.fiber_b, e.pair.chord.b.element, e.s_b)},
-        begin_{0, 3 * curves_[0].r.n_nodes * curves_[0].r.n_vectors},
-        size_(begin_[1] + 3 * curves_[1].r.n_nodes * curves_[1].r.n_vectors) {}
-
-  [[nodiscard]] bool touches(const Assembler& assembler) const {
-    return micro::touches(curves_[0].r, curves_[1].r, assembler);
-  }
-  [[nodiscard]] int size() const { return size_; }
-  [[nodiscard]] Form zero() const { return Form::Zero(size_); }
-  /// form += direction·δr, or ·δr', of side 0 (a) or 1 (b).
-  void add_position(Form& form, int side, const Vec3& direction) const { add(form, side, curves_[side].r, direction); }
-  void add_tangent(Form& form, int side, const Vec3& direction) const {
-    add(form, side, curves_[side].tangent, direction);
-  }
-  /// form += direction·(v₁ δg₁ + v₂ δg₂); nothing for rods.
-  void add_section(Form& form, int side, const Vec2& v, const Vec3& direction) const {
-    const FiberPoint& shape = curves_[side].r;
-    if (shape.n_vectors < 3) return;
-    for (int n = 0; n < shape.n_nodes; ++n)
-      for (int w = 0; w < 2; ++w)
-        form.segment<3>(begin_[side] + 9 * n + 3 * (w + 1)) += shape.weight[n][0] * v[w] * direction;
-  }
-
-  void scatter_force(const Form& force, Assembler& assembler) const {
-    for_each_node([&](Index node, int at, int n_vectors) {
-      if (!assembler.owns(node)) return;
-      for (int v = 0; v < n_vectors; ++v) assembler.add_force(node, v, force.segment<3>(at + 3 * v));
-    });
-  }
-  /// Adds a symmetric matrix of which the lower triangle is given.
-  void scatter_tangent(const Matrix& k, Assembler& assembler) const {
-    for_each_node([&](Index j, int at_j, int n_j) {
-      if (!assembler.owns(j)) return;
-      for_each_node([&](Index i, int at_i, int n_i) {
-        if (i < j) return;
-        const auto block = assembler.block(i, j);
-        for (int c = 0; c < 3 * n_j; ++c)
-          for (int r = 0; r < 3 * n_i; ++r)
-            block.data[static_cast<std::size_t>(c) * block.stride + r] +=
-                at_i + r >= at_j + c ? k(at_i + r, at_j + c) : k(at_j + c, at_i + r);
-      });
-    });
-  }
-
- private:
-  template <typename Visit>
-  void for_each_node(Visit&& visit) const {
-    for (int side = 0; side < 2; ++side) {
-      const FiberPoint& p = curves_[side].r;
-      for (int n = 0; n < p.n_nodes; ++n) visit(p.first_node + n, begin_[side] + 3 * n * p.n_vectors, p.n_vectors);
-    }
-  }
-  void add(Form& form, int side, const FiberPoint& p, const Vec3& direction) const {
-    for (int n = 0; n < p.n_nodes; ++n)
-      for (int v = 0; v < p.n_vectors; ++v)
-        if (p.weight[n][v] != 0) form.segment<3>(begin_[side] + 3 * (n * p.n_vectors + v)) += p.weight[n][v] * direction;
-  }
-
-  std::array<FiberField::CurveForms, 2> curves_;
-  std::array<int, 2> begin_;
-  int size_;
-};
-
 /// How the feet slide: the forms B_e = δ(∂d/∂e), d = n·c, and A = ∂²d/∂e∂e' along their free directions e, so that the
 /// feet move by −A⁻¹ B.
 struct Sliding {
@@ -236,7 +164,7 @@ Sliding sliding(const ContactElement& e, const LocalForms& local) {
     if (f[1] != 0) local.add_tangent(s.b[i], 1, f[1] * g.normal);
     for (int j = 0; j <= i; ++j)
       a(i, j) = a(j, i) = along[j].dot(turn) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
-                                                             f[0] * chord.free[j][0] * chord.at_a.curvature);
+                                                            f[0] * chord.free[j][0] * chord.at_a.curvature);
   }
   // A valley that is level to round-off holds no foot.
   if (std::abs(a.determinant()) < 1e-12) return s;
@@ -248,7 +176,7 @@ Sliding sliding(const ContactElement& e, const LocalForms& local) {
 }  // namespace
 
 void add_contact_element(const FiberField& field, const ContactElement& e, double p_reg, Assembler& assembler) {
-  const LocalForms local(field, e);
+  const LocalForms local(field, e.pair.chord.a, e.pair.chord.b);
   if (!local.touches(assembler)) return;
   const double f = e.force(p_reg);
   if (f <= 0) return;
@@ -321,54 +249,6 @@ void add_friction(const ContactElement& e, const StickSlip& stick_slip, const La
               t.stiffness_across * (Mat3::Identity() - nn) +
                   (t.stiffness_along - t.stiffness_across) * t.direction * t.direction.transpose(),
               assembler);
-}
-
-bool cover_feet(const FiberField& field, ContactElement& e) {
-  constexpr double beside_joint = 0.01;  // of an element: a foot nearer than that may cross the joint
-  bool grown = false;
-  for (int side = 0; side < 2; ++side) {
-    const Foot& foot = side == 0 ? e.pair.chord.a : e.pair.chord.b;
-    auto& [first, last] = e.announced[side];
-    const bool covered = last >= first && foot.element >= first && foot.element <= last;
-    if (covered) continue;
-    grown = true;
-    const double t = foot.s / field.element_length(foot.fiber) - foot.element;
-    if (last < first) first = last = foot.element;
-    first = std::min(first, foot.element - (t < beside_joint && foot.element > 0 ? 1 : 0));
-    const bool next = t > 1 - beside_joint && foot.element + 1 < field.mesh().n_elements(foot.fiber);
-    last = std::max(last, foot.element + (next ? 1 : 0));
-  }
-  return grown;
-}
-
-void announce_contact_element(const FiberField& field, const ContactElement& e, Pattern::Builder& builder) {
-  std::vector<Index> nodes;
-  const auto add = [&](Index fiber, const std::pair<Index, Index>& elements) {
-    const int last = field.model(fiber) == FiberModel::enriched ? 2 : 1;
-    for (Index n = field.element_node(fiber, elements.first); n <= field.element_node(fiber, elements.second) + last; ++n)
-      nodes.push_back(n);
-  };
-  add(e.fiber_a, e.announced[0]);
-  add(e.fiber_b, e.announced[1]);
-  builder.add_clique(nodes);
-}
-
-void announce_fixed_gap(const FixedGap& g, Pattern::Builder& builder) {
-  std::array<Index, 6> nodes{};
-  int n = 0;
-  for (int i = 0; i < g.a.n_nodes; ++i) nodes[n++] = g.a.first_node + i;
-  for (int i = 0; i < g.b.n_nodes; ++i) nodes[n++] = g.b.first_node + i;
-  builder.add_clique({nodes.data(), static_cast<std::size_t>(n)});
-}
-
-void add_fixed_gap(const FixedGap& g, const Layout& layout, const State& state, double p_reg, Assembler& assembler) {
-  if (!touches(g.a, g.b, assembler)) return;
-  const double gap = g.gap(layout, state), f = penalty_force(gap, g.penalty, p_reg);
-  if (f <= 0) return;
-  const LinearForm form{{&g.a, &g.b}, {-1, 1}};
-  add_force(form, -f * g.normal, assembler);
-  if (assembler.wants_tangent())
-    add_tangent(form, penalty_stiffness(gap, g.penalty, p_reg) * g.normal * g.normal.transpose(), assembler);
 }
 
 }  // namespace trame::micro

@@ -1,11 +1,12 @@
 #pragma once
 /// \file
-/// The contact element: a pair of points that face each other, a gap, a penalty force and a friction force. Pure functions
-/// of a gap and a slip.
+/// The contact element: a pair of points that face each other, a gap, a penalty force and a friction force. Pure
+/// functions of a gap and a slip.
 
 #include <algorithm>
 #include <cmath>
 
+#include "micro/contact/local_forms.h"
 #include "micro/contact/proximity.h"
 
 namespace trame::micro {
@@ -51,8 +52,8 @@ struct ContactHistory {
   double allowance = 0;  ///< penetration that is forgiven at the stage's start, length; see Contact::forgive
   double length = 0;     ///< of the element; 0: unknown
   bool point = false;
-  double preload = 0;   ///< see ContactElement
-  bool stuck = false;   ///< see ContactElement
+  double preload = 0;  ///< see ContactElement
+  bool stuck = false;  ///< see ContactElement
 };
 
 /// The gap of a pair at one state, and what its derivatives need:
@@ -63,10 +64,10 @@ struct ContactHistory {
 struct Gap {
   /// Of one side; all zero for rods, whose radius is in the offset.
   struct Section {
-    Vec2 w = Vec2::Zero();             ///< w/|w|
-    double curvature = 0;              ///< R/|w|
-    Vec3 outermost = Vec3::Zero();     ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
-    Vec3 beside = Vec3::Zero();        ///< (−w₂ g₁ + w₁ g₂)/|w|
+    Vec2 w = Vec2::Zero();          ///< w/|w|
+    double curvature = 0;           ///< R/|w|
+    Vec3 outermost = Vec3::Zero();  ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
+    Vec3 beside = Vec3::Zero();     ///< (−w₂ g₁ + w₁ g₂)/|w|
   };
   double value = 0;
   Vec3 normal = Vec3::UnitZ();  ///< n, from a to b
@@ -79,11 +80,9 @@ struct ContactElement {
   Proximity pair;  ///< feet and chord at the state last followed
   std::array<Foot, 2> feet_at_iteration;
   Index fiber_a = 0, fiber_b = 0;
-  double s_a = 0, s_b = 0;      ///< arc lengths of the feet
-  /// Elements of either fiber that the couplings announced cover: those of the feet, and the next ones where a foot is
-  /// near a joint. Empty at first.
-  std::array<std::pair<Index, Index>, 2> announced{{{0, -1}, {0, -1}}};
-  FiberPoint a, b;              ///< particles on the outlines (for rods on the centre lines), which friction follows
+  double s_a = 0, s_b = 0;  ///< arc lengths of the feet
+  CoveredElements covered;  ///< of the pattern
+  FiberPoint a, b;          ///< particles on the outlines (for rods on the centre lines), which friction follows
   double radius_a = 0, radius_b = 0;
   Vec3 normal = Vec3::UnitZ();  ///< from a to b
   bool crossing = false;        ///< a point, not a sample along a line
@@ -97,7 +96,7 @@ struct ContactElement {
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
   double preload = 0;
-  bool stuck = false;           ///< raising the preload changed nothing: what holds the fibers here is not contact
+  bool stuck = false;             ///< raising the preload changed nothing: what holds the fibers here is not contact
   double penetration_before = 0;  ///< when the preload was last raised in this increment
   Gap measured;                   ///< at the state last followed
 
@@ -151,21 +150,5 @@ void add_contact_element(const FiberField& field, const ContactElement& element,
 /// Adds force and tangent of its friction, which couple the same nodes.
 void add_friction(const ContactElement& element, const StickSlip& stick_slip, const Layout& layout, const State& state,
                   Assembler& assembler);
-/// Makes `announced` cover the elements of the feet. Returns whether they were not covered.
-bool cover_feet(const FiberField& field, ContactElement& element);
-/// Announces the couplings of a contact element.
-void announce_contact_element(const FiberField& field, const ContactElement& element, Pattern::Builder& builder);
-
-/// A gap between two particles along a direction that stays: n·(x_b − x_a) − offset.
-struct FixedGap {
-  FiberPoint a, b;
-  Vec3 normal = Vec3::UnitZ();
-  double offset = 0, penalty = 0;
-  [[nodiscard]] double gap(const Layout& layout, const State& state) const {
-    return normal.dot(b.evaluate(layout, state) - a.evaluate(layout, state)) - offset;
-  }
-};
-void announce_fixed_gap(const FixedGap& gap, Pattern::Builder& builder);
-void add_fixed_gap(const FixedGap& gap, const Layout& layout, const State& state, double p_reg, Assembler& assembler);
 
 }  // namespace trame::micro

@@ -1,5 +1,6 @@
 #include "micro/weave/crossing_order.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -75,14 +76,15 @@ void CrossingOrder::update(const State& state, bool) {
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::size_t i = 0; i < crossings_.size(); ++i)
     for_each_pair(field_, state, crossings_[i], [&](Index a, Index b, double s_a, double s_b) {
-      const double reach = field_.mesh().radius[a] + field_.mesh().radius[b];
-      Element e{a, b, s_a, s_b, reach, {}};
-      e.gap.a = field_.particle(a, s_a, Vec2::Zero());
-      e.gap.b = field_.particle(b, s_b, Vec2::Zero());
-      e.gap.normal = -Vec3::UnitZ();
-      e.gap.offset = depth_ * reach;
-      e.gap.penalty = penalty_ * penalty_scale_[i];
-      if (e.gap.gap(field_.layout(), state) > 0.5 * reach) return;  // far from being active
+      Element e;
+      e.a = {a, s_a, field_.element_at(a, s_a)};
+      e.b = {b, s_b, field_.element_at(b, s_b)};
+      e.reach = field_.mesh().radius[a] + field_.mesh().radius[b];
+      e.penalty = penalty_ * penalty_scale_[i];
+      follow(state, e);
+      if (e.gap > 0.5 * e.reach) return;  // far from being active
+      e.feet_at_iteration = {e.a, e.b};
+      e.covered.cover(field_, e.a, e.b);
       found[i].push_back(e);
     });
   elements_.clear();
@@ -93,25 +95,85 @@ void CrossingOrder::update(const State& state, bool) {
   }
 }
 
-void CrossingOrder::announce(Pattern::Builder& builder) const {
-  for (const Element& e : elements_) announce_fixed_gap(e.gap, builder);
+/// Slides the feet to where the plan views cross; where they no longer do, they stay.
+void CrossingOrder::follow(const State& state, Element& e) const {
+  if (double s_a = e.a.s, s_b = e.b.s; plan_crossing(field_, state, e.a.fiber, e.b.fiber, s_a, s_b)) {
+    e.a = {e.a.fiber, s_a, field_.element_at(e.a.fiber, s_a)};
+    e.b = {e.b.fiber, s_b, field_.element_at(e.b.fiber, s_b)};
+  }
+  e.at_a = field_.jet(state, e.a.fiber, e.a.element, e.a.s);
+  e.at_b = field_.jet(state, e.b.fiber, e.b.element, e.b.s);
+  e.gap = e.at_a.r.z() - e.at_b.r.z() - depth_ * e.reach;
 }
 
-void CrossingOrder::add(const State& state, Assembler& assembler) const {
-  for (const Element& e : elements_) add_fixed_gap(e.gap, field_.layout(), state, p_reg_, assembler);
+bool CrossingOrder::follow(const State& state, Follow what) {
+  bool grown = false;
+#pragma omp parallel for schedule(static) reduction(|| : grown)
+  for (Element& e : elements_) {
+    e.a = e.feet_at_iteration[0];
+    e.b = e.feet_at_iteration[1];
+    follow(state, e);
+    if (what == Follow::trial) continue;
+    e.feet_at_iteration = {e.a, e.b};
+    grown = e.covered.cover(field_, e.a, e.b) || grown;
+  }
+  return grown;
+}
+
+void CrossingOrder::announce(Pattern::Builder& builder) const {
+  for (const Element& e : elements_) e.covered.announce(field_, e.a.fiber, e.b.fiber, builder);
+}
+
+/// With c = r_a − r_b, whose plan view is zero, the gap is g = c·z − offset, and with m normal to both tangents, m·z =
+/// 1,
+///   δg = m·δc,   δ²g = 2 m·(δr_a' δs_a − δr_b' δs_b) + m·r_a'' δs_a² − m·r_b'' δs_b²,
+/// where the feet slide by δs_a = δc·(z × r_b')/D, δs_b = δc·(z × r_a')/D, D = z·(r_a' × r_b').
+void CrossingOrder::add(const State&, Assembler& assembler) const {
+  for (const Element& e : elements_) {
+    const double f = penalty_force(e.gap, e.penalty, p_reg_);
+    if (f <= 0) continue;
+    const LocalForms local(field_, e.a, e.b);
+    if (!local.touches(assembler)) continue;
+    const Vec3 z = Vec3::UnitZ(), normal = e.at_a.tangent.cross(e.at_b.tangent), m = normal / normal.z();
+    const auto form_of_c = [&](const Vec3& direction) {
+      LocalForms::Form form = local.zero();
+      local.add_position(form, 0, direction);
+      local.add_position(form, 1, -direction);
+      return form;
+    };
+    const LocalForms::Form gradient = form_of_c(m);
+    local.scatter_force(-f * gradient, assembler);
+    if (!assembler.wants_tangent()) continue;
+    LocalForms::Matrix k = LocalForms::Matrix::Zero(local.size(), local.size());
+    auto lower = k.selfadjointView<Eigen::Lower>();
+    lower.rankUpdate(gradient, penalty_stiffness(e.gap, e.penalty, p_reg_));
+    if (assembler.tangent() == Assembler::Tangent::exact) {
+      const std::array<LocalForms::Form, 2> slide = {form_of_c(z.cross(e.at_b.tangent) / normal.z()),
+                                                     form_of_c(z.cross(e.at_a.tangent) / normal.z())};
+      const std::array<double, 2> sign = {1, -1}, bent = {m.dot(e.at_a.curvature), -m.dot(e.at_b.curvature)};
+      for (int side = 0; side < 2; ++side) {
+        LocalForms::Form turn = local.zero();
+        local.add_tangent(turn, side, sign[side] * m);
+        lower.rankUpdate(turn, slide[side], -f);
+        lower.rankUpdate(slide[side], -f * bent[side]);
+      }
+    }
+    local.scatter_tangent(k, assembler);
+  }
 }
 
 double CrossingOrder::energy(const State& state) const {
   double sum = 0;
-  for (const Element& e : elements_)
-    sum += penalty_energy(e.gap.gap(field_.layout(), state), e.gap.penalty, p_reg_);
+  for (Element e : elements_) {
+    follow(state, e);
+    sum += penalty_energy(e.gap, e.penalty, p_reg_);
+  }
   return sum;
 }
 
-void CrossingOrder::commit(const State& state) {
+void CrossingOrder::commit(const State&) {
   double force = 0;
-  for (const Element& e : elements_)
-    force += e.reach * penalty_force(e.gap.gap(field_.layout(), state), e.gap.penalty, p_reg_);
+  for (const Element& e : elements_) force += e.reach * penalty_force(e.gap, e.penalty, p_reg_);
   work_ += 0.5 * (force_n_ + force) * (depth_ - depth_n_);
   depth_n_ = depth_;
   force_n_ = force;
@@ -119,26 +181,27 @@ void CrossingOrder::commit(const State& state) {
   for (std::size_t i = 0; i < crossings_.size(); ++i) {
     double penetration = 0;
     for (std::size_t e = element_start_[i]; e < element_start_[i + 1]; ++e)
-      penetration = std::max(penetration, -elements_[e].gap.gap(field_.layout(), state));
+      penetration = std::max(penetration, -elements_[e].gap);
     penalty_scale_[i] = adapted_penalty_scale(penalty_scale_[i], penetration / *target_penetration_);
   }
 }
 
-std::vector<ContactHistory> CrossingOrder::history(const State& state) const {
+std::vector<ContactHistory> CrossingOrder::history() const {
   std::vector<ContactHistory> history;
   for (std::size_t i = 0; i < crossings_.size(); ++i)
     for (std::size_t n = element_start_[i]; n < element_start_[i + 1]; ++n) {
       const Element& e = elements_[n];
-      if (e.gap.gap(field_.layout(), state) >= 0) continue;
+      if (e.gap >= 0) continue;
       ContactHistory h;
       h.touches = h.point = true;
       h.penalty_scale = penalty_scale_[i];
-      const bool in_order = e.fiber_a < e.fiber_b;
-      h.fiber_a = in_order ? e.fiber_a : e.fiber_b;
-      h.fiber_b = in_order ? e.fiber_b : e.fiber_a;
-      h.s_a = in_order ? e.s_a : e.s_b;
-      h.s_b = in_order ? e.s_b : e.s_a;
-      h.normal = in_order ? e.gap.normal : Vec3(-e.gap.normal);
+      const bool in_order = e.a.fiber < e.b.fiber;
+      const Foot &first = in_order ? e.a : e.b, &second = in_order ? e.b : e.a;
+      h.fiber_a = first.fiber;
+      h.fiber_b = second.fiber;
+      h.s_a = first.s;
+      h.s_b = second.s;
+      h.normal = in_order ? Vec3(-Vec3::UnitZ()) : Vec3::UnitZ();
       history.push_back(h);
     }
   return history;

@@ -1,8 +1,8 @@
 #pragma once
 /// \file
 /// Separation of interpenetrating yarns: at each crossing of a warp and a weft yarn all pairs of fibers obey
-/// z_a − z_b ≥ d, a in the upper yarn, whatever their depth, with vertical normals, while d rises from −(height of the
-/// flat yarns) to R_a + R_b.
+/// z_a − z_b ≥ d where their plan views cross, a in the upper yarn, whatever their depth, while d rises from −(height
+/// of the flat yarns) to R_a + R_b. As the places of the crossings go with the fibers, forces stand normal to both.
 
 #include <optional>
 
@@ -26,25 +26,31 @@ class CrossingOrder final : public Effect {
   [[nodiscard]] std::string_view name() const override { return "crossing order"; }
   void begin_step(const State& start, double stage_time) override;
   void update(const State& state, bool keep = false) override;
+  bool follow(const State& state, Follow what) override;
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   void commit(const State& state) override;
   /// A pair of fibers at a crossing, a in the upper yarn.
   struct Element {
-    Index fiber_a = 0, fiber_b = 0;
-    double s_a = 0, s_b = 0;
+    Foot a, b;  ///< where their plan views cross at the state last followed
+    std::array<Foot, 2> feet_at_iteration;
     double reach = 0;  ///< R_a + R_b
-    FixedGap gap;
+    double penalty = 0;
+    double gap = 0;  ///< z_a − z_b − d at the state last followed
+    CurveJet at_a, at_b;
+    CoveredElements covered;
   };
   [[nodiscard]] const std::vector<Element>& elements() const { return elements_; }
   /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
   [[nodiscard]] double work() const { return work_; }
   /// What ordinary contact takes over from the fibers that press on each other: on which side they lie, and their
   /// penalty.
-  [[nodiscard]] std::vector<ContactHistory> history(const State& state) const;
+  [[nodiscard]] std::vector<ContactHistory> history() const;
 
  private:
+  void follow(const State& state, Element& element) const;
+
   const FiberField& field_;
   std::vector<YarnCrossing> crossings_;
   std::vector<double> penalty_scale_;  // of each crossing

@@ -161,12 +161,12 @@ TEST(Penalty, CrossingOrderStiffensToItsTargetAndHandsItsPenaltyOver) {
   CrossingOrder order(field, {{1, 0}}, -2, 1.0, 0.1, 0.005);
   order.begin_step(state, 1);
   order.update(state);
-  ASSERT_EQ(order.history(state).size(), 1u);
-  EXPECT_DOUBLE_EQ(order.history(state)[0].penalty_scale, 1);
+  ASSERT_EQ(order.history().size(), 1u);
+  EXPECT_DOUBLE_EQ(order.history()[0].penalty_scale, 1);
   order.commit(state);
   order.begin_step(state, 1);
   order.update(state);
-  const ContactHistory handed_over = order.history(state).at(0);
+  const ContactHistory handed_over = order.history().at(0);
   EXPECT_NEAR(handed_over.penalty_scale, 4, 1e-10);  // (0.01 / 0.005)²
   EXPECT_TRUE(handed_over.touches);
   EXPECT_EQ(handed_over.fiber_a, 0);

@@ -136,7 +136,7 @@ std::size_t expected_entries(const Combination& c, const Counted& counted) {
     for (const ContactElement& e : counted.model.contact->elements()) {
       std::vector<Index> nodes;
       // The elements of its feet, and the next ones where a foot is about to cross a joint.
-      for (const auto& [fiber, elements] : {std::pair(e.fiber_a, e.announced[0]), std::pair(e.fiber_b, e.announced[1])})
+      for (const auto& [fiber, elements] : {std::pair(e.fiber_a, e.covered.range[0]), std::pair(e.fiber_b, e.covered.range[1])})
         for (Index n = field.element_node(fiber, elements.first);
              n < field.element_node(fiber, elements.second) + per_element; ++n)
           nodes.push_back(n);
