@@ -146,19 +146,29 @@ bool LinearSolver::finds_negative_curvature(std::span<const double> values, std:
 }
 
 std::optional<int> LinearSolver::solve(std::span<const double> values, std::span<double> b, double tolerance,
-                                       int max_iterations) {
+                                       int max_iterations, Truncated truncated) {
+  met_negative_curvature_ = false;
   double rz = begin_iterations(b);
   if (!std::isfinite(rz)) return std::nullopt;
   const double start = rz, goal = tolerance * tolerance * rz;
   int iteration = 0;
   while (rz > goal) {
-    if (iteration == max_iterations) return std::nullopt;
+    if (iteration == max_iterations) {
+      if (truncated != Truncated::at_any_limit) return std::nullopt;
+      break;
+    }
     constexpr int judged_from = 4;
-    if (iteration >= judged_from && std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
+    if (truncated != Truncated::at_any_limit && iteration >= judged_from &&
+        std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
       return std::nullopt;
-    ++iteration;
     const double along = curvature(values);
-    if (!(along > 0)) return std::nullopt;
+    if (!(along > 0)) {
+      met_negative_curvature_ = true;
+      if (truncated == Truncated::never || !std::isfinite(along)) return std::nullopt;
+      if (iteration == 0) x_ = direction_;
+      break;
+    }
+    ++iteration;
     rz = iterate(along, rz);
   }
   std::copy(x_.begin(), x_.end(), b.begin());

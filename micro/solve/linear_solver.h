@@ -26,11 +26,16 @@ class LinearSolver {
   bool refine_precision();
 
   [[nodiscard]] bool has_factor() const { return has_factor_; }
+  /// When iterations may end early with what has been found up to there, along which ½ x·K x − b·x falls: never, where a
+  /// direction of negative curvature turns up (Steihaug's truncation), or also at the limit of their number.
+  enum class Truncated : std::uint8_t { never, at_negative_curvature, at_any_limit };
   /// Solves K x = b in place, up to `tolerance` in the norm of the preconditioned residual relative to that of b.
   /// Returns the number of iterations, or nothing, b unchanged, if `max_iterations` do not suffice, will not at the
   /// pace of the first ones, or K is seen not to be positive definite.
   [[nodiscard]] std::optional<int> solve(std::span<const double> values, std::span<double> b, double tolerance,
-                                         int max_iterations);
+                                         int max_iterations, Truncated truncated = Truncated::never);
+  /// Whether the last solution met a direction of negative curvature.
+  [[nodiscard]] bool met_negative_curvature() const { return met_negative_curvature_; }
 
   /// Whether a direction x of negative curvature, xᵀ K x < 0, turns up in the first `max_iterations` conjugate
   /// gradients from b. False says nothing. Destroys b.
@@ -62,6 +67,7 @@ class LinearSolver {
   SupernodalFactor<double> double_;
   bool analyzed_ = false;  // elimination_ is that of pattern_, not of an earlier one
   bool has_factor_ = false;
+  bool met_negative_curvature_ = false;
   std::vector<Index> part_start_;             // node columns of each part of the product
   std::vector<std::vector<double>> partial_;  // its contribution to the product
   std::vector<double> x_, residual_, z_, direction_, product_;

@@ -136,20 +136,23 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 }
 
 /// Solves for the step from `state`, up to `tolerance` of its energy. The last factor is tried first, even that of
-/// another pattern: a few iterations on it cost less than a new one. A tangent that is not positive definite is
-/// replaced by its projection, and a factor that does not do in single precision by one in double.
+/// another pattern: a few iterations on it cost less than a new one. Where the tangent is not positive definite, the
+/// factor is that of its projection, and the iterations behind it may end early; with a motion to be made, which they have
+/// to finish, the projection stands for the tangent. A factor that does not do in
+/// single precision is replaced by one in double.
 bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                             double remaining, double tolerance, bool try_old_factor, double residual_norm,
-                             NewtonOutcome& outcome) {
+                             double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
+  using Truncated = LinearSolver::Truncated;
   constexpr int max_iterations = 50;
   // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
   const double affordable = n_factor_flops() / (50 * std::max(1.0, n_factor_entries()));
   const int max_iterations_with_old_factor = static_cast<int>(std::clamp(affordable, 4.0, 15.0));
-  const auto solve = [&](int limit) {
+  const bool may_end_early = remaining == 0;
+  const auto solve = [&](int limit, Truncated truncated) {
     const auto guard = timers_.measure(Phase::solve);
-    const std::optional<int> n = linear_.solve(values_, step_, tolerance, limit);
+    const std::optional<int> n = linear_.solve(values_, step_, tolerance, limit, truncated);
     outcome.n_linear_iterations += n.value_or(limit);
-    return n.has_value();
+    return n;
   };
   const auto factorize = [&] {
     {
@@ -160,11 +163,6 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
     ++outcome.n_factorizations;
     return linear_.factorize(values_);
   };
-  const auto find = [&] {
-    if (std::exchange(try_old_factor, false) && linear_.has_factor() && solve(max_iterations_with_old_factor))
-      return true;
-    return factorize() && solve(max_iterations);
-  };
   const auto set_up = [&](Assembler::Tangent tangent) {
     assemble(effects, state, tangent);
     round_off_ = estimated_round_off(state);
@@ -174,28 +172,41 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
       if (damping_[v] > 0) add_to_diagonal(v, damping_[v]);
     load_ = step_;
   };
-  bool found = false;
-  // Nearer to the solution the exact tangent may be definite again. The factor of the projected one tells.
-  if (projected_ && residual_norm < exact_below_ && linear_.has_factor()) {
-    set_up(Assembler::Tangent::exact);
-    found = solve(max_iterations_with_old_factor);
-    projected_ = !found;
-    if (!found) exact_below_ = 0.1 * residual_norm;
-  }
-  while (!found) {
-    set_up(projected_ ? Assembler::Tangent::projected : Assembler::Tangent::exact);
-    if (find()) break;
-    if (!projected_) {
-      projected_ = true;
-      exact_below_ = 0.1 * residual_norm;
-    } else if (!linear_.refine_precision())
-      return false;
-  }
+  const auto find_with_old_factor = [&] {
+    constexpr int enough = 3;  // iterations before negative curvature, for a step that is worth its while
+    const std::optional<int> n =
+        solve(max_iterations_with_old_factor,
+              indefinite_ && may_end_early ? Truncated::at_negative_curvature : Truncated::never);
+    if (linear_.met_negative_curvature()) {
+      indefinite_ = true;
+      if (n && *n < enough) step_ = load_;
+      return n && *n >= enough;
+    }
+    if (n) indefinite_ = false;
+    return n.has_value();
+  };
+  const auto find_with_projection = [&] {
+    for (;;) {
+      set_up(Assembler::Tangent::projected);
+      const bool factorized = factorize();
+      if (factorized && may_end_early) set_up(Assembler::Tangent::exact);
+      if (factorized && solve(max_iterations, may_end_early ? Truncated::at_any_limit : Truncated::never)) return true;
+      if (!linear_.refine_precision()) return false;
+    }
+  };
+  // The exact tangent of `state` is set up.
+  const auto find = [&](bool old_factor) {
+    if (old_factor && linear_.has_factor() && find_with_old_factor()) return true;
+    if (!indefinite_ && factorize() && solve(max_iterations, Truncated::never)) return true;
+    indefinite_ = true;
+    return find_with_projection();
+  };
+  set_up(Assembler::Tangent::exact);
+  if (!find(try_old_factor)) return false;
   constexpr int max_raises = 3;
   for (int n = 0; settings_.damps_soft_modes && n < max_raises && raise_damping(prescribed); ++n) {
-    try_old_factor = true;
     step_ = load_;
-    if (!find()) return false;
+    if (!find(true)) return false;
   }
   for (std::size_t d = 0; d < step_.size(); ++d)
     if (prescribed.fixed[d]) step_[d] = remaining * prescribed.motion[d];
@@ -334,8 +345,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   NewtonOutcome outcome;
   double remaining = 1;  // part of the prescribed motion still to be made
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
-  projected_ = false;
-  exact_below_ = 0;
+  indefinite_ = false;
   std::fill(damping_.begin(), damping_.end(), 0.0);
   const State start = state;
   trust_radius_ = settings_.step_cap;
@@ -354,7 +364,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     }
     if (log)
       log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
-                      projected_ ? "  (projected)" : ""));
+                      indefinite_ ? "  (indefinite)" : ""));
     const double goal = this->goal(r, slack);
     if (remaining == 0 && r.norm <= goal) return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
@@ -371,7 +381,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     const double tolerance = std::clamp(0.1 * goal / r.norm, 1e-4, 0.02), n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
     const bool try_old_factor = settings_.damps_soft_modes || last_taken_whole;
-    if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, r.norm, outcome)) {
+    if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, outcome)) {
       const bool finite = std::all_of(values_.begin(), values_.end(), [](double v) { return std::isfinite(v); });
       outcome.status = finite ? NewtonOutcome::Status::not_positive_definite : NewtonOutcome::Status::not_a_number;
       return outcome;

@@ -94,8 +94,6 @@ class NewtonSolver {
   /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the
   /// cap.
   void search_along_steps(bool on) { searches_ = on; }
-  /// Whether the last solve met an exact tangent that was not positive definite.
-  [[nodiscard]] bool projected() const { return projected_; }
   /// Whether the equilibrium `state` is seen to be unstable: a direction of negative curvature is found on its exact
   /// tangent, by a few conjugate gradients behind the factor at hand. False says nothing.
   [[nodiscard]] bool seen_unstable(const Effects& effects, const PrescribedMotion& prescribed, const State& state);
@@ -113,8 +111,7 @@ class NewtonSolver {
   void follow(const Effects& effects, const State& state, Effect::Follow what);
   void impose(const PrescribedMotion& prescribed, double remaining);
   [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                               double remaining, double tolerance, bool try_old_factor, double residual_norm,
-                               NewtonOutcome& outcome);
+                               double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void adapt_trust(double size, double alpha);
   void adapt_cap(double residual_norm);
@@ -140,10 +137,9 @@ class NewtonSolver {
   double round_off_ = 0;
   double trust_radius_ = 0;     // of the ball in which the tangent is trusted, like step_cap
   double lowest_residual_ = 0;  // norm, in this solve
-  double exact_below_ = 0;      // residual norm from which on the exact tangent is tried again
   int n_capped_ = 0;            // steps at the cap since then
   bool searches_ = true;
-  bool projected_ = false;              // the last exact tangent tried in this solve was indefinite
+  bool indefinite_ = false;             // the last tangent of this solve was not positive definite
   std::vector<Index> owned_from_;       // n_threads + 1 node limits
   std::vector<Index> node_of_;          // of each vector
   std::vector<double> unit_, damping_;  // of each vector: what counts as far, stiffness that holds it back
