@@ -31,9 +31,10 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.s_a.push_back(e.s_a * scales.length);
     record.s_b.push_back(e.s_b * scales.length);
     record.position.push_back(0.5 * (a + b) * scales.length);
-    record.normal.push_back(e.normal);
+    const Vec3 force = e.force(model.contact->regularisation(e)) * e.measured.force_direction();
+    record.normal.push_back(e.measured.force_direction().normalized());
     record.gap.push_back(gap * scales.length);
-    record.normal_force.push_back(e.force(model.contact->regularisation(e)) * scales.force());
+    record.normal_force.push_back(force.norm() * scales.force());
     const bool rubs = !stick_slip.empty();
     record.friction_force.push_back(rubs ? Vec3(-friction(stick_slip[i], b - a).force * scales.force())
                                          : Vec3::Zero());

@@ -411,10 +411,11 @@ void Contact::commit(const State& state) {
   // Where fibers have parted, the preload goes, and with it what it was short of at no penetration.
   for (const ContactElement& e : elements_)
     if (e.preload > 0 && e.gap() >= e.preload) adaptation_work_ += penalty_energy(-e.preload, e.penalty, regularisation(e));
-  coming_adaptation_work_ = law_.adapt_penalty ? adapt_penalties() : 0;
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i)
     history_[i] = remember(elements_[i], law_.friction ? static_cast<Index>(i) : -1);
+  // Of the next step: the elements stay as they are in the equilibrium, for what is recorded of it.
+  coming_adaptation_work_ = law_.adapt_penalty ? adapt_penalties(history_) : 0;
   std::stable_sort(history_.begin(), history_.end(), [](const ContactHistory& x, const ContactHistory& y) {
     return std::tie(x.fiber_a, x.fiber_b, x.s_a) < std::tie(y.fiber_a, y.fiber_b, y.s_a);
   });
@@ -423,8 +424,9 @@ void Contact::commit(const State& state) {
   note_loaded_particles();
 }
 
-/// Zone by zone: up to eight consecutive samples of a pair. Returns the work that it does.
-double Contact::adapt_penalties() {
+/// Where penetrations are deep, as they may be on the way to an equilibrium: zone by zone, up to eight consecutive samples
+/// of a pair, in the history of the elements. Returns the work that it does.
+double Contact::adapt_penalties(std::vector<ContactHistory>& history) const {
   constexpr std::size_t zone_samples = 8;
   double work = 0;
   for (std::size_t begin = 0; begin < elements_.size();) {
@@ -439,16 +441,20 @@ double Contact::adapt_penalties() {
       scale = std::max(scale, e.penalty_scale);
     }
     const double target = 3 * law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b);
+    if (penetration <= target) {
+      begin = end;
+      continue;
+    }
     scale = adapted_penalty_scale(scale, penetration / target);
     for (; begin < end; ++begin) {
-      ContactElement& e = elements_[begin];
+      const ContactElement& e = elements_[begin];
       if (e.penalty_scale == scale) continue;
       // ∫ (∂ψ/∂k) dk at a constant force, at which the energy of the quadratic penalty goes with k^−½.
       work += 2 * e.energy(regularisation(e)) * (1 - std::sqrt(e.penalty_scale / scale));
       // A preload keeps its force.
-      const double p_reg = regularisation(e), force = penalty_force(-e.preload, e.penalty, p_reg);
-      set_penalty(e, scale);
-      e.preload = penetration_of_force(force, e.penalty, p_reg);
+      const double p_reg = regularisation(e), force = penalty_force(-history[begin].preload, e.penalty, p_reg);
+      history[begin].penalty_scale = scale;
+      history[begin].preload = penetration_of_force(force, e.penalty * scale / e.penalty_scale, p_reg);
     }
   }
   return work;

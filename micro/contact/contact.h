@@ -88,7 +88,7 @@ class Contact final : public Effect {
   [[nodiscard]] double spacing(Index a, Index b) const;
   [[nodiscard]] double starting_scale(const Proximity& proximity) const;
   void note_loaded_particles();
-  [[nodiscard]] double adapt_penalties();
+  [[nodiscard]] double adapt_penalties(std::vector<ContactHistory>& history) const;
 
   const FiberField& field_;
   ContactLaw law_;

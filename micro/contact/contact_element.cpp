@@ -187,7 +187,7 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
   // δg = n·δc − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b),  δn = P δc/(n·c). Left out: that the feet slide to sections
   // of another size. It is of the order of a section's strain per radius, and jumps where elements join.
   LocalForms::Form gradient = local.zero();
-  const Vec3 m = n - g.inverse_distance * (x - n * n.dot(x));
+  const Vec3 m = g.force_direction();
   local.add_position(gradient, 1, m);
   local.add_position(gradient, 0, -m);
   local.add_section(gradient, 0, e.radius_a * g.a.w, -n);

@@ -73,6 +73,13 @@ struct Gap {
   Vec3 normal = Vec3::UnitZ();  ///< n, from a to b
   double inverse_distance = 0;  ///< 1/(n·c); 0 where axes are so close that the normal is held
   Section a, b;
+
+  /// m of the force f m on b: δg = m·δc where sections move with their centres. Normal to the outlines, n·m = 1; it
+  /// differs from n where sections stand inclined to the chord.
+  [[nodiscard]] Vec3 force_direction() const {
+    const Vec3 x = a.outermost - b.outermost;
+    return normal - inverse_distance * (x - normal * normal.dot(x));
+  }
 };
 
 /// A pair of points that may touch.

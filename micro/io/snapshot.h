@@ -17,7 +17,7 @@ struct ContactRecord {
   std::vector<Index> fiber_a, fiber_b;
   std::vector<double> s_a, s_b;      ///< arc lengths of the particles, m
   std::vector<Vec3> position;        ///< midpoint, m
-  std::vector<Vec3> normal;          ///< unit, from a to b
+  std::vector<Vec3> normal;          ///< unit, from a to b: the direction of the normal force on b
   std::vector<double> gap;           ///< m, negative in penetration
   std::vector<double> normal_force;  ///< N, ≥ 0
   std::vector<Vec3> friction_force;  ///< N, on b

@@ -58,7 +58,11 @@ Scene touching_fibers(const Combination& c) {
   };
   scene.bundles = {bundle("a", 0), bundle("b", 1.9)};
   scene.fibers = {
-      {"hairpin", 0, {{0, 20, 0}, {14, 20, 0}, {17, 20, 1.1}, {14, 20, 2.2}, {0, 20, 2.2}}, hairpin_elements, {}}};
+      {"hairpin",
+       0,
+       {{0, 20, 0}, {5, 20, 0}, {10, 20, 0}, {14, 20, 0}, {17, 20, 1.1}, {14, 20, 2.2}, {10, 20, 2.2}, {5, 20, 2.2}, {0, 20, 2.2}},
+       hairpin_elements,
+       {}}};
   if (c.body) scene.bodies = {{"grip", {0, 0, 0}, {{"a", FiberEnd::start, TieKind::clamped}}}};
   scene.contact.scope = c.scope;
   scene.contact.self_contact = c.self_contact;
