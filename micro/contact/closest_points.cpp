@@ -94,7 +94,8 @@ Coordinate settle(const FiberField& field, Foot& foot, double epsilon, Slope&& s
 std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b, double reach) {
   const double h_a = field.element_length(a.fiber), h_b = field.element_length(b.fiber);
   const Foot start_a = a, start_b = b;
-  double damping = 0;
+  constexpr double longest = 0.25;
+  double radius = longest;  // of the box in which the Hessian is trusted, in elements
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const Coordinate x = settle(field, a, 1e-12 * h_a, [&](Index e) {
       return chord_between(field, state, {a.fiber, a.s, e}, b).slope()[0];
@@ -112,18 +113,16 @@ std::optional<Chord> shortest_chord(const FiberField& field, const State& state,
     if (!convex) {
       // Beyond an inflection: downhill by the size of each curvature, whatever its sign.
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> modes(hessian);
-      const Vec2 size = modes.eigenvalues().cwiseAbs().cwiseMax(1e-2);
+      const Vec2 size = modes.eigenvalues().cwiseAbs().cwiseMax(1e-6);
       hessian = modes.eigenvectors() * size.asDiagonal() * modes.eigenvectors().transpose();
     }
-    hessian(0, 0) *= 1 + damping;
-    hessian(1, 1) *= 1 + damping;
     Vec2 step = Vec2::Zero();
     if (chord.n_free == 2)
       step = -hessian.inverse() * slope;
     else
       step[x.held ? 1 : 0] = -slope[x.held ? 1 : 0] / hessian(x.held ? 1 : 0, x.held ? 1 : 0);
-    if (const double long_by = std::max(std::abs(step[0]) / h_a, std::abs(step[1]) / h_b); long_by > 0.25)
-      step *= 0.25 / long_by;
+    const double size = std::max(std::abs(step[0]) / h_a, std::abs(step[1]) / h_b);
+    if (size > radius) step *= radius / size;
     step[0] = std::clamp(a.s + step[0], x.low, x.high) - a.s;
     step[1] = std::clamp(b.s + step[1], y.low, y.high) - b.s;
     if (std::abs(step[0]) < settled * h_a && std::abs(step[1]) < settled * h_b) return chord;
@@ -132,11 +131,11 @@ std::optional<Chord> shortest_chord(const FiberField& field, const State& state,
     const bool trusted = convex && std::abs(step[0]) < small * h_a && std::abs(step[1]) < small * h_b;
     const Chord trial = chord_between(field, state, {a.fiber, a.s + step[0], a.element}, {b.fiber, b.s + step[1], b.element});
     if (!trusted && trial.c.squaredNorm() > chord.c.squaredNorm()) {
-      damping = std::max(4 * damping, 0.01);
-      if (damping > 1e8) return chord;  // round-off decides
+      radius = 0.25 * std::min(size, radius);
+      if (radius < settled) return chord;  // round-off decides
       continue;
     }
-    damping = damping > 0.01 ? damping / 4 : 0;
+    radius = std::min(2 * radius, longest);
     a.s += step[0];
     b.s += step[1];
     if (std::abs(a.s - start_a.s) > reach || std::abs(b.s - start_b.s) > reach) return std::nullopt;
