@@ -1,7 +1,9 @@
 #include "micro/contact/contact.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -288,6 +290,26 @@ bool Contact::follow(const State& state, Follow what) {
     if (law_.friction && what == Follow::renewal) stick_slip_[i] = make_stick_slip(e, known_[i]);
   }
   return grown;
+}
+
+void Contact::limit_reach(const State& state, std::span<double> reach) const {
+  const FiberMesh& mesh = field_.mesh();
+  const Layout& layout = field_.layout();
+  std::vector<Eigen::AlignedBox3d> boxes(mesh.n_fibers());
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    for (Index n = field_.element_node(f, 0); n <= field_.last_node(f); ++n)
+      boxes[f].extend(state.q[layout.first_vector(n)]);
+    boxes[f].min().array() -= 1.5 * mesh.radius[f];  // and what bulges between nodes
+    boxes[f].max().array() += 1.5 * mesh.radius[f];
+  }
+#pragma omp parallel for schedule(dynamic, 16)
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    double apart = law_.search.self_contact ? 0 : std::numeric_limits<double>::infinity();
+    for (Index g = 0; g < mesh.n_fibers() && apart > 0; ++g)
+      if (g != f) apart = std::min(apart, boxes[f].exteriorDistance(boxes[g]));
+    for (Index n = field_.element_node(f, 0); n <= field_.last_node(f); ++n)
+      reach[layout.first_vector(n)] = std::min(reach[layout.first_vector(n)], 0.5 * apart);
+  }
 }
 
 double Contact::slip_energy_at_start() const {

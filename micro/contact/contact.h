@@ -33,6 +33,8 @@ class Contact final : public Effect {
   void begin_step(const State& start, double stage_time) override;
   void update(const State& state, bool keep = false) override;
   bool follow(const State& state, Follow what) override;
+  /// A fiber whose box is apart from all others may go half of that distance.
+  void limit_reach(const State& state, std::span<double> reach) const override;
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;

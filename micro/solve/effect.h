@@ -2,6 +2,7 @@
 /// \file
 /// The one interface behind which all physics stands.
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -30,6 +31,8 @@ class Effect {
   /// Whether the effect is the fibers' own elasticity. What is not, comes from outside of a fiber: contact, friction,
   /// bodies, loads. Equilibrium is judged against that.
   [[nodiscard]] virtual bool is_elastic() const { return false; }
+  /// Lowers, for each vector, how far it may go from `state` before the effect must look anew for what it acts on.
+  virtual void limit_reach(const State& /*state*/, std::span<double> /*reach*/) const {}
   /// Fibers have travelled so far in this step that contact is about to be looked for again: hold them back, if that
   /// is what the effect is for.
   virtual void hold_back() {}

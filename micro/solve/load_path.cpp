@@ -55,16 +55,21 @@ bool is_stiff_enough(const Tools& tools, double slack, const State& state, Incre
 Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double slack, State& state,
                          IncrementReport& report) {
   const auto& [newton, effects, settings, driver, timers] = tools;
+  constexpr int max_held_up = 3;
   int n_detours = 0;    // detections because of long motions, which settle nothing
+  int n_held_up = 0;    // detections because of forces that jump
   int n_undone = 0;     // equilibria that contacts found at them have undone
   bool arrived = false; // an equilibrium of the contacts known before
   report.n_stiffenings = 0;
+  newton.reset_reach();
   for (;;) {
     {
       const auto guard = timers.measure(Phase::detection);
       for (const auto& effect : effects) effect->update(state, arrived);
     }
     ++report.n_geometry_updates;
+    constexpr int few = 2;  // detours that cost less than to ask
+    if (n_detours >= few) newton.set_reach(effects, state);
     if (newton.announce(effects))
       tools.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
     if (arrived) {
@@ -85,7 +90,8 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
     arrived = outcome.converged();
     if (arrived) {
       motion.motion.assign(motion.motion.size(), 0.0);  // it has been made
-    } else if (outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) {
+    } else if ((outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) ||
+               (outcome.status == NewtonOutcome::Status::held_up && ++n_held_up <= max_held_up)) {
       for (double& m : motion.motion) m *= outcome.remaining;
       for (const auto& effect : effects) effect->hold_back();
     } else {

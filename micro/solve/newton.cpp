@@ -13,6 +13,7 @@ std::string_view describe(NewtonOutcome::Status status) {
   switch (status) {
     case NewtonOutcome::Status::converged: return "converged";
     case NewtonOutcome::Status::travelled: return "motion up to the limit between two contact detections";
+    case NewtonOutcome::Status::held_up: return "forces that jump";
     case NewtonOutcome::Status::too_many_iterations: return "no convergence within the allowed iterations";
     case NewtonOutcome::Status::not_a_number: return "a force or stiffness became infinite or not a number";
     case NewtonOutcome::Status::not_positive_definite: return "the tangent is singular";
@@ -23,9 +24,10 @@ std::string_view describe(NewtonOutcome::Status status) {
 
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
-      linear_(layout, settings.precision, n_threads), unit_(settings.units), damping_(layout.n_vectors()),
+      linear_(layout, settings.precision, n_threads), damping_(layout.n_vectors()),
       force_(layout.n_dofs()), step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()) {
-  unit_.resize(layout.n_vectors(), 1.0);
+  settings_.units.resize(layout.n_vectors(), 1.0);
+  reset_reach();
   for (Index j = 0; j < layout.n_nodes(); ++j) node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
   owned_from_.resize(n_threads_ + 1);
   for (int t = 0; t <= n_threads_; ++t)
@@ -67,6 +69,18 @@ void NewtonSolver::assemble(const Effects& effects, const State& state, Assemble
     }
   }
 }
+
+void NewtonSolver::set_reach(const Effects& effects, const State& state) {
+  constexpr double longest = 100;  // times the usual
+  std::vector<double> reach(layout_.n_vectors(), std::numeric_limits<double>::infinity());
+  for (const auto& effect : effects) effect->limit_reach(state, reach);
+  for (Index v = 0; v < layout_.n_vectors(); ++v) {
+    const double usual = settings_.units[v];
+    unit_[v] = usual * std::clamp(reach[v] / (settings_.travel_cap * usual), 1.0, longest);
+  }
+}
+
+void NewtonSolver::reset_reach() { unit_ = settings_.units; }
 
 /// Lets what moves with the fibers follow them. Couplings that come up on the way are announced.
 void NewtonSolver::follow(const Effects& effects, const State& state, Effect::Follow what) {
@@ -353,6 +367,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
   n_capped_ = 0;
   bool last_taken_whole = true;
   constexpr int max_renewals = 3;
+  int n_stuck = 0;  // steps of which next to nothing was taken, one after the other
   for (;; ++outcome.n_iterations) {
     // Limits of friction go with the forces, but do not run after them for ever.
     const Residual r = evaluate(effects, prescribed, state, outcome.n_iterations < max_renewals);
@@ -404,11 +419,15 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     std::swap(state, trial_);
     remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);
     if (remaining < 1e-12) remaining = 0;
+    // A force that jumps holds up line searches: contacts have come or gone, which is looked for anew.
+    constexpr double next_to_nothing = 0.02;
+    n_stuck = alpha < next_to_nothing && alpha * step.size < next_to_nothing * cap ? n_stuck + 1 : 0;
     // A capped step may be as long as the cap of the travel: round-off shall not decide.
-    if (largest([&](Index v) { return (state.q[v] - start.q[v]).norm(); }).size > 1.01 * settings_.travel_cap) {
+    const bool held_up = n_stuck == 3;
+    if (held_up || largest([&](Index v) { return (state.q[v] - start.q[v]).norm(); }).size > 1.01 * settings_.travel_cap) {
       ++outcome.n_iterations;
       outcome.remaining = remaining;
-      outcome.status = NewtonOutcome::Status::travelled;
+      outcome.status = held_up ? NewtonOutcome::Status::held_up : NewtonOutcome::Status::travelled;
       return outcome;
     }
   }

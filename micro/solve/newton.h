@@ -37,6 +37,7 @@ struct NewtonOutcome {
   enum class Status : std::uint8_t {
     converged,
     travelled,
+    held_up,
     too_many_iterations,
     not_a_number,
     not_positive_definite,
@@ -75,6 +76,11 @@ class NewtonSolver {
   /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept. Returns true for a
   /// new one.
   bool announce(const Effects& effects);
+
+  /// What is far from all others, as effects see it at `state`, takes longer steps from now on.
+  void set_reach(const Effects& effects, const State& state);
+  /// All vectors take the usual steps.
+  void reset_reach();
 
   /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`,
   /// to `slack` times the tolerance of the settings, or stops at the travel cap. `log` (may be empty) gets a line per
