@@ -316,10 +316,7 @@ class Run {
     look_for_buried_ends(model, state, stage);
     if (outcome.status != StageOutcome::Status::done && since_saved_ > 0) {
       // The effects stand at the failed attempt: bring their contact elements back to the last good state.
-      for (const auto& effect : model.effects) {
-        effect->begin_step(state, outcome.stage_time);
-        effect->update(state);
-      }
+      begin_at(model.effects, state, outcome.stage_time);
       save(model, state, last_point_, last_solver_);
     }
     if (outcome.status == StageOutcome::Status::interrupted) summary_.status = Status::interrupted;
@@ -337,10 +334,7 @@ class Run {
 
   /// Stored energy that comes and goes with the effects and fiber models of a stage, before anything moves.
   [[nodiscard]] double switching_work(StageModel& model) const {
-    for (const auto& effect : model.effects) {
-      effect->begin_step(model.start, 0);
-      effect->update(model.start);
-    }
+    begin_at(model.effects, model.start, 0);
     return stored_energy(model, model.start) - energy_.stored;
   }
 

@@ -136,6 +136,11 @@ void commit(const Effects& effects, const State& state) {
 
 }  // namespace
 
+void begin_at(const Effects& effects, const State& state, double to) {
+  begin_step(effects, state, to);
+  for (const auto& effect : effects) effect->update(state);
+}
+
 StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, State& state) {
   const Tools tools{newton, effects, settings, driver, timers};

@@ -57,6 +57,9 @@ struct StageOutcome {
       worst_dof;  ///< where the residual of the last failure is largest; nothing where `reason` says where
 };
 
+/// Begins a step to stage time `to` at `state`, with what there is to act on at that state.
+void begin_at(const Effects& effects, const State& state, double to);
+
 /// Runs a stage on `state`, which at the end holds the last accepted one.
 StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, State& state);
