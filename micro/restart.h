@@ -3,8 +3,8 @@
 /// Runs that do not begin at the scene's start: where a stage of another run ended (weave once, pull in many ways), or
 /// where they were left themselves.
 
-#include "micro/io/snapshot.h"
 #include "micro/core/archive.h"
+#include "micro/io/snapshot.h"
 #include "micro/model.h"
 
 namespace trame::micro {
@@ -15,10 +15,11 @@ struct Restart {
   Carried carried;             ///< the same end, in natural units
 };
 
-/// Finds the end of stage `after` in `states`, which must hold the fibers and bodies of this scene, and takes from it
-/// positions, sections, poses, forces and the history of every contact. `scene` and `assembly` are in natural units.
-/// Throws InputError where the states are of other fibers or bodies, have not finished that stage, or the scene has
-/// none of that name or nothing after it.
+/// Finds the end of stage `after` in `states`, which must hold the fibers of this scene and no body that it lacks, and
+/// takes from it positions, sections, poses, forces and the history of every contact. A body that the states lack
+/// stands where the ends that it ties have taken it. `scene` and `assembly` are in natural units. Throws InputError
+/// where the states are of other fibers or bodies, have not finished that stage, or the scene has none of that name or
+/// nothing after it.
 [[nodiscard]] Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene,
                                     const Assembly& assembly, const Scales& scales);
 

@@ -1,7 +1,8 @@
 #pragma once
 /// \file
 /// Values as bytes and back, to the bit. What is kept of a type stands in one function, which serves both ways, so that
-/// they cannot disagree: a member `void keep(Archive& archive) { archive(first, second); }`. The bytes are for the same program on the same machine: neither their order nor their widths are converted.
+/// they cannot disagree: a member `void keep(Archive& archive) { archive(first, second); }`. The bytes are for the same
+/// program on the same machine: neither their order nor their widths are converted.
 
 #include <cstdint>
 #include <cstring>
@@ -46,8 +47,8 @@ class Archive {
 
  private:
   template <class T>
-  static constexpr bool is_plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, Vec3> ||
-                                   std::is_same_v<T, Mat3>;
+  static constexpr bool is_plain =
+      std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, Vec3> || std::is_same_v<T, Mat3>;
 
   void pass_bytes(void* data, std::size_t n) {
     if (n == 0) return;
