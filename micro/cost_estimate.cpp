@@ -66,11 +66,7 @@ class StageCost {
  public:
   StageCost(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& start)
       : scene_(scene), stage_(stage), model_(scene, assembly, stage, start) {
-    const State state = shifted_start(model_);
-    for (const auto& effect : model_.effects) {
-      effect->begin_step(state, 0.5);
-      effect->update(state);
-    }
+    begin_at(model_.effects, shifted_start(model_), 0.5);
     price_fibers();
     price_bodies();
     price_contact();

@@ -34,6 +34,10 @@ struct Carried {
   std::vector<ContactHistory> contact_history;
   std::vector<Vec3> contact_tractions;
   bool just_separated = false;  ///< yarns were parted with vertical normals in the stage before
+
+  void keep(Archive& archive) {
+    archive(configuration, poses, body_forces, contact_history, contact_tractions, just_separated);
+  }
 };
 
 /// How a dof of a body is driven through a stage.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -42,7 +43,70 @@ void require_same_fibers(const SnapshotHeader& header, const Assembly& assembly,
   require(equal(theirs.radius, ours.radius, scales.length), "radii of fibers");
   require(equal(theirs.arc_length, ours.arc_length, scales.length), "lengths of fibers");
   require(equal(theirs.axial_stiffness, ours.axial_stiffness, scales.force()), "axial stiffnesses of fibers");
-  require(header.body_names == assembly.body_names, "rigid bodies");
+  for (const std::string& name : header.body_names)
+    if (std::find(assembly.body_names.begin(), assembly.body_names.end(), name) == assembly.body_names.end())
+      throw InputError(
+          fmt::format("--start-from: the scene has no body \"{}\", which the states have; a scene may have "
+                      "more bodies than they, not fewer",
+                      name));
+}
+
+/// Where a body stands that comes in late: as if the ends that it ties had taken it along from their layout. The pose
+/// in which it fits them best, where they have moved against each other.
+Pose taken_along(Index body, const Assembly& assembly, const FiberConfiguration& now) {
+  const Pose at_layout{assembly.body_positions[body], Mat3::Identity()};
+  struct End {
+    Index node;
+    double weight;  // of directions against positions
+  };
+  std::vector<End> ends;
+  Vec3 mean_then = Vec3::Zero(), mean_now = Vec3::Zero();
+  const FiberMesh& mesh = assembly.mesh;
+  const FiberConfiguration& then = assembly.configuration;
+  for (const EndTie& tie : assembly.ties) {
+    if (tie.body != body) continue;
+    const Index node = tie.end == FiberEnd::start ? mesh.first_node[tie.fiber] : mesh.first_node[tie.fiber + 1] - 1;
+    ends.push_back({node, mesh.radius[tie.fiber] * mesh.radius[tie.fiber]});
+    mean_then += then.r[node];
+    mean_now += now.r[node];
+  }
+  if (ends.empty()) return at_layout;
+  mean_then /= static_cast<double>(ends.size());
+  mean_now /= static_cast<double>(ends.size());
+  Mat3 turned = Mat3::Zero();
+  for (const End& end : ends) {
+    turned += (now.r[end.node] - mean_now) * (then.r[end.node] - mean_then).transpose();
+    turned += end.weight *
+              (now.g1[end.node] * then.g1[end.node].transpose() + now.g2[end.node] * then.g2[end.node].transpose() +
+               now.tangent[end.node] * then.tangent[end.node].transpose());
+  }
+  const Eigen::JacobiSVD<Mat3> modes(turned, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3 mirror = Mat3::Identity();
+  mirror(2, 2) = (modes.matrixU() * modes.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  const Mat3 rotation = modes.matrixU() * mirror * modes.matrixV().transpose();
+  return {mean_now + rotation * (at_layout.position - mean_then), rotation};
+}
+
+/// The bodies of a state, in SI units, with those that the scene has beside them.
+BodyRecord with_late_bodies(const BodyRecord& record, const std::vector<std::string>& names, const Assembly& assembly,
+                            const FiberConfiguration& natural, const Scales& scales) {
+  BodyRecord all;
+  for (std::size_t b = 0; b < assembly.body_names.size(); ++b) {
+    const auto known =
+        static_cast<std::size_t>(std::find(names.begin(), names.end(), assembly.body_names[b]) - names.begin());
+    const bool is_late = known == names.size();
+    const Pose pose = is_late ? taken_along(static_cast<Index>(b), assembly, natural) : Pose{};
+    all.position.push_back(is_late ? Vec3(pose.position * scales.length) : record.position[known]);
+    all.rotation.push_back(is_late ? pose.rotation : record.rotation[known]);
+    all.force.push_back(is_late ? Vec3::Zero() : record.force[known]);
+    all.moment.push_back(is_late ? Vec3::Zero() : record.moment[known]);
+  }
+  return all;
+}
+
+FiberConfiguration in_natural_units(FiberConfiguration fibers, const Scales& scales) {
+  for (Vec3& r : fibers.r) r /= scales.length;
+  return fibers;
 }
 
 /// A damaged file may hold any numbers. Fails for those that no run leaves behind and that could not be gone on from.
@@ -98,8 +162,7 @@ std::vector<ContactHistory> contact_history(const ContactRecord& record, const S
 
 Carried carry(const Increment& state, const Scene& scene, const Assembly& assembly, const Scales& scales) {
   Carried carried;
-  carried.configuration = state.fibers;
-  for (Vec3& r : carried.configuration.r) r /= scales.length;
+  carried.configuration = in_natural_units(state.fibers, scales);
   for (std::size_t b = 0; b < state.bodies.position.size(); ++b) {
     carried.poses.push_back({state.bodies.position[b] / scales.length, state.bodies.rotation[b]});
     const Vec3 force = state.bodies.force[b] / scales.force(), moment = state.bodies.moment[b] / scales.energy();
@@ -110,7 +173,78 @@ Carried carry(const Increment& state, const Scene& scene, const Assembly& assemb
   return carried;
 }
 
+/// What of two scenes differs, but for names, titles and stages; empty where nothing does.
+std::string difference(const Scene& a, const Scene& b) {
+  std::string parts;
+  const auto compare = [&](bool same, const char* what) {
+    if (!same) parts += (parts.empty() ? "" : ", ") + std::string(what);
+  };
+  compare(a.materials == b.materials, "materials");
+  compare(a.fiber_types == b.fiber_types, "fiber types");
+  compare(a.fibers == b.fibers, "fibers");
+  compare(a.bundles == b.bundles, "bundles");
+  compare(a.weave == b.weave, "weave");
+  compare(a.bodies == b.bodies, "bodies");
+  compare(a.twist_stretch == b.twist_stretch && a.contact.scope == b.contact.scope &&
+              a.contact.self_contact == b.contact.self_contact && a.contact.friction == b.contact.friction,
+          "effects");
+  compare(a.contact == b.contact, "contact");
+  compare(a.solver == b.solver, "solver");
+  return parts;
+}
+
+/// Fails unless the scene that was run is the one at hand, but for stages that have not begun.
+void require_same_scene(const SnapshotHeader& header, const Scene& scene, const Milestone& at) {
+  const auto fail = [](const std::string& what) {
+    throw InputError(fmt::format("--resume: the run is of another scene: {}; only stages that it has not begun may differ",
+                                 what));
+  };
+  if (header.scene_text == scene.text) return;
+  // As they were read, without the changes of a command line.
+  const Scene theirs = parse_scene(header.scene_text, header.scene_name), ours = parse_scene(scene.text, scene.name);
+  if (const std::string parts = difference(theirs, ours); !parts.empty()) fail(parts + " differ");
+  for (std::size_t i = 0; i < at.stage + (at.within ? 1 : 0); ++i) {
+    if (i >= theirs.stages.size()) throw ArchiveError("a stage that the scene has not");
+    if (i >= ours.stages.size() || !(ours.stages[i] == theirs.stages[i]))
+      fail(fmt::format("stage {} differs", theirs.stages[i].name));
+  }
+}
+
 }  // namespace
+
+std::string program_of_milestones() {
+  constexpr int format = 1;  // of what is kept; to be raised where that changes
+  return fmt::format("Trame {}, format {}", TRAME_VERSION, format);
+}
+
+std::optional<Resumption> find_resumption(const std::filesystem::path& states, const Scene& scene,
+                                          const std::string& changes) {
+  if (!std::filesystem::exists(states)) return std::nullopt;
+  const SnapshotReader reader(states);
+  const auto fail = [&](const std::string& why) {
+    throw InputError(fmt::format("--resume: {} {}", states.string(), why));
+  };
+  std::optional<std::string> bytes = reader.continuation();
+  if (!bytes)
+    fail("does not hold what is needed to go on from its last state: it is of an earlier version, or damaged; a run can "
+         "begin where one of its stages ended: --start-from and --after, with another --out");
+  Resumption found{{}, Archive(std::move(*bytes)), reader.n_increments()};
+  Milestone& at = found.at;
+  try {
+    found.kept(at);
+    if (at.program != program_of_milestones())
+      fail(fmt::format("was left by another program: {}; this is {}", at.program, program_of_milestones()));
+    if (at.changes != changes)
+      fail(fmt::format("is of a run with {}, not {}", at.changes.empty() ? "the scene as it is" : at.changes,
+                       changes.empty() ? "the scene as it is" : changes));
+    require_same_scene(reader.header(), scene, at);
+  } catch (const ArchiveError& error) {
+    fail(fmt::format("is damaged: {}", error.what()));
+  }
+  // A state that was saved because the run ended there is none that it would have saved by itself.
+  if (at.since_saved > 0) --found.n_states;
+  return found;
+}
 
 Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene,
                       const Assembly& assembly, const Scales& scales) {
@@ -128,6 +262,9 @@ Restart restart_after(const std::string& after, const SnapshotReader& states, co
   restart.reference = states.read(0);
   restart.state = states.read(end_of_stage(states, after));
   require_plausible(restart.state, states.header().mesh);
+  for (Increment* i : {&restart.reference, &restart.state})
+    i->bodies =
+        with_late_bodies(i->bodies, states.header().body_names, assembly, in_natural_units(i->fibers, scales), scales);
   restart.carried = carry(restart.state, scene, assembly, scales);
   restart.carried.just_separated = stage->separate_yarns;
   return restart;

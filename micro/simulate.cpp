@@ -10,8 +10,10 @@
 #include <tuple>
 
 #include "micro/contact/fiber_ends.h"
+#include "micro/core/archive.h"
 #include "micro/core/error.h"
 #include "micro/core/wildcard.h"
+#include "micro/io/whole_file.h"
 #include "micro/model.h"
 #include "micro/record.h"
 #include "micro/restart.h"
@@ -50,6 +52,8 @@ class SideGauge {
       for (int d = 0; d < 2; ++d) reference_[d] = distance(model, model.start, d);
     driven_ = driven;
   }
+
+  void keep(Archive& archive) { archive(reference_[0], reference_[1], driven_); }
 
   [[nodiscard]] CurvePoint read(const StageModel& model, const State& state, const Scales& scales) const {
     CurvePoint point;
@@ -152,34 +156,65 @@ std::vector<double> units_of_motion(const StageModel& model, double smallest_rad
 /// Tolerances of increments that end on the way, held back by a proximal term, over those of equilibria.
 constexpr double slack_on_the_way = 1e3;
 
+/// A stage in progress: what passes from increment to increment beside what effects and solver keep.
+struct StageProgress {
+  StagePosition position;
+  State state;
+  std::vector<double> body_forces;  // at `state`
+  double work = 0;                  // of the bodies, in this stage
+
+  void keep(Archive& archive) { archive(position, state, body_forces, work); }
+};
+
 /// A run in progress: what passes from increment to increment and from stage to stage.
 class Run {
  public:
+  /// Writes nothing before `follow_load_path`.
   Run(const Scene& scene, const SimulateOptions& options)
       : options_(options), scales_(natural_scales(scene)), scene_(nondimensional(scene, scales_)),
         assembly_(assemble_scene(scene_)), gauge_(assembly_) {
     summary_.size = model_size(scene);
     summary_.n_threads = options.n_threads > 0 ? options.n_threads : omp_get_max_threads();
     omp_set_num_threads(summary_.n_threads);
-    std::optional<Restart> restart;
-    if (options.start_from.empty()) {
+    header_ = {TRAME_VERSION, scene.name, scene.text, dimensional(assembly_.mesh, scales_), assembly_.body_names};
+    if (options.resume) resumption_ = find_resumption(options.states, scene, options.changes);
+    if (resumption_) {
+      take_up(*resumption_);
+    } else if (options.start_from.empty()) {
       carried_ = start_of(assembly_);
     } else {
-      restart = restart_after(options.after, SnapshotReader(options.start_from), scene_, assembly_, scales_);
-      carried_ = restart->carried;
-      first_stage_ = restart->next_stage;
+      restart_ = restart_after(options.after, SnapshotReader(options.start_from), scene_, assembly_, scales_);
+      carried_ = restart_->carried;
+      first_stage_ = restart_->next_stage;
     }
-    writer_ = std::make_unique<SnapshotWriter>(
-        options.states, SnapshotHeader{TRAME_VERSION, scene.name, scene.text, dimensional(assembly_.mesh, scales_),
-                                       assembly_.body_names});
-    if (restart)
-      save_start(*restart);
-    else
-      save_start();
+  }
+  ~Run() {
+    // States that no increment was added to.
+    std::error_code ignored;
+    if (writer_ && !states_are_in_place_) std::filesystem::remove(part_of(options_.states), ignored);
+  }
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+
+  [[nodiscard]] StartPoint start() const {
+    if (!resumption_) return {first_stage_, 0, 0};
+    const Milestone& at = resumption_->at;
+    const bool is_over = at.within && at.stage_time >= 1;
+    return {at.stage + (is_over ? 1 : 0), is_over || !at.within ? 0 : at.stage_time, at.n_increments};
+  }
+
+  /// Builds the stage that is gone on with, and reads all that is kept of it.
+  void check_resumption() {
+    if (!resumption_ || !resumption_->at.within) return;
+    StageModel model(scene_, assembly_, scene_.stages[resumption_->at.stage], carried_);
+    NewtonSolver newton(model.layout, {}, 1, summary_.timers);
+    (void)stage_progress(model, newton);
   }
 
   SimulationSummary follow_load_path() {
-    for (std::size_t i = first_stage_; i < scene_.stages.size() && summary_.status == Status::done; ++i) {
+    begin_states();
+    const std::size_t first = resumption_ ? resumption_->at.stage : first_stage_;
+    for (std::size_t i = first; i < scene_.stages.size() && summary_.status == Status::done; ++i) {
       run_as_far_as_it_goes(i);
       if (stop_requested() && i + 1 < scene_.stages.size() && summary_.status == Status::done)
         summary_.status = Status::interrupted;
@@ -203,17 +238,118 @@ class Run {
       start.bodies.force.emplace_back(Vec3::Zero());
       start.bodies.moment.emplace_back(Vec3::Zero());
     }
-    writer_->append(start);
+    append(start);
   }
 
   /// Strains between the flat start and any later state shall be had from this run's states alone.
   void save_start(const Restart& restart) {
     writer_->append(restart.reference);
-    writer_->append(restart.state);
     const EnergyRecord& energy = restart.state.solver.energy;
     const double unit = scales_.energy();
     energy_before_ = {energy.external_work / unit, 0, energy.friction / unit, energy.damping / unit, 0};
     energy_.stored = energy.stored / unit;
+    remember();
+    append(restart.state);
+  }
+
+  /// The states of this run, under another name until the first one is in them that was not saved before.
+  void begin_states() {
+    if (!options_.resume && std::filesystem::exists(options_.states))
+      throw InputError(options_.states.string() + ": exists already; remove it or choose another name");
+    std::error_code ignored;
+    std::filesystem::remove(part_of(options_.states), ignored);
+    writer_ = std::make_unique<SnapshotWriter>(part_of(options_.states), header_);
+    if (resumption_) {
+      const SnapshotReader before(options_.states);
+      for (Index i = 0; i < resumption_->n_states; ++i) writer_->append(before.read(i));
+    } else if (restart_) {
+      save_start(*restart_);
+    } else {
+      remember();
+      save_start();
+    }
+  }
+
+  void append(const Increment& increment) {
+    writer_->append(increment, continuation_);
+    if (!states_are_in_place_) writer_->rename(options_.states);
+    states_are_in_place_ = true;
+  }
+
+  /// What is saved with the next state, to go on from there: before the first stage that there is to run.
+  void remember() {
+    Archive archive;
+    Milestone at{program_of_milestones(), options_.changes, first_stage_, false, 0, 0, 0};
+    archive(at);
+    keep(archive);
+    continuation_ = archive.bytes();
+  }
+  /// The same within a stage.
+  void remember(const StageModel& model, NewtonSolver& newton, StageProgress& progress, std::size_t stage) {
+    Archive archive;
+    const bool saves = progress.position.time >= 1 || since_saved_ >= scene_.stages[stage].save_every;
+    Milestone at{program_of_milestones(), options_.changes, stage, true, progress.position.time, saves ? 0 : since_saved_,
+                 summary_.n_increments};
+    archive(at);
+    keep(archive);
+    keep(archive, model, newton, progress);
+    continuation_ = archive.bytes();
+  }
+
+  /// Passes through what the run carries beside the stage under way.
+  void keep(Archive& archive) {
+    std::uint64_t first_stage = first_stage_;
+    archive(first_stage, energy_, energy_before_, gauge_, carried_, summary_, first_unstable_, last_point_, last_solver_);
+    first_stage_ = first_stage;
+  }
+  /// Passes through the stage under way.
+  static void keep(Archive& archive, const StageModel& model, NewtonSolver& newton, StageProgress& progress) {
+    archive(progress, newton);
+    for (const auto& effect : model.effects) effect->keep(archive);
+  }
+
+  void take_up(Resumption& resumption) {
+    const Milestone& at = resumption.at;
+    try {
+      keep(resumption.kept);
+      const FiberConfiguration& fibers = carried_.configuration;
+      const auto n_nodes = static_cast<std::size_t>(assembly_.mesh.n_nodes());
+      const std::size_t n_bodies = assembly_.body_names.size(), n_stages = scene_.stages.size();
+      const bool fits = fibers.r.size() == n_nodes && fibers.g1.size() == n_nodes && fibers.g2.size() == n_nodes &&
+                        fibers.tangent.size() == n_nodes && carried_.poses.size() == n_bodies &&
+                        carried_.body_forces.size() == 6 * n_bodies;
+      resumption.kept.require(fits, "fibers and bodies of another scene");
+      resumption.kept.require(first_stage_ <= at.stage && at.stage < n_stages + (at.within ? 0 : 1) &&
+                                  at.stage_time >= 0 && at.stage_time <= 1 && at.since_saved >= 0 &&
+                                  (at.within || resumption.kept.at_end()),
+                              "a place on the load path that there is not");
+    } catch (const ArchiveError& error) {
+      fail_to_resume(error);
+    }
+    since_saved_ = at.since_saved;
+  }
+  /// The stage that is gone on with, and with it what effects and solver keep.
+  StageProgress stage_progress(const StageModel& model, NewtonSolver& newton) {
+    StageProgress progress;
+    Archive archive = resumption_->kept;
+    try {
+      keep(archive, model, newton, progress);
+      const auto fits = [&](const State& state) {
+        return state.q.size() == model.start.q.size() && state.rotations.size() == model.start.rotations.size() &&
+               std::all_of(state.q.begin(), state.q.end(), [](const Vec3& v) { return v.allFinite(); });
+      };
+      archive.require(archive.at_end() && fits(progress.state) && fits(progress.position.before) &&
+                          progress.body_forces.size() == model.drives.size() &&
+                          progress.position.time == resumption_->at.stage_time && progress.position.size > 0 &&
+                          progress.position.last_size > 0 && progress.position.n_accepted > 0,
+                      "a stage of another scene");
+    } catch (const ArchiveError& error) {
+      fail_to_resume(error);
+    }
+    return progress;
+  }
+  [[noreturn]] void fail_to_resume(const ArchiveError& error) const {
+    throw InputError(fmt::format("--resume: {} is damaged: {}", options_.states.string(), error.what()));
   }
 
   void warn(const std::string& text) {
@@ -236,7 +372,7 @@ class Run {
   void run_as_far_as_it_goes(std::size_t stage) {
     const auto end = [&](Status status, const std::string& why) {
       summary_.status = status;
-      summary_.message = why + how_to_go_on(stage);
+      summary_.message = why + how_to_go_on();
     };
     try {
       run(scene_.stages[stage], stage);
@@ -247,18 +383,17 @@ class Run {
     }
   }
 
-  [[nodiscard]] std::string how_to_go_on(std::size_t stage) const {
-    if (stage == first_stage_) return "";
-    return fmt::format(
-        ". Once there is room, another run can begin after the last stage that is complete: --start-from {} "
-        "--after \"{}\"",
-        options_.states.string(), scene_.stages[stage - 1].name);
+  [[nodiscard]] std::string how_to_go_on() const {
+    return summary_.n_increments > 0 ? ". Once there is room, --resume goes on from the last state that is saved" : "";
   }
 
   void run(const Stage& stage, std::size_t index) {
-    place_leaders(assembly_, stage, carried_.poses);
+    const bool resumes = resumption_ && resumption_->at.within;
+    if (!resumes) place_leaders(assembly_, stage, carried_.poses);
     StageModel model(scene_, assembly_, stage, carried_);
-    gauge_.begin_stage(model);
+    carried_.contact_history.clear();  // the model's from here on
+    carried_.contact_tractions.clear();
+    if (!resumes) gauge_.begin_stage(model);
     if (options_.log) options_.log(fmt::format("stage {}: {} dofs", stage.name, model.layout.n_dofs()));
 
     const double smallest_radius = *std::min_element(assembly_.mesh.radius.begin(), assembly_.mesh.radius.end());
@@ -277,11 +412,13 @@ class Run {
     path.min_increment = scene_.solver.min_increment;
     path.may_take_whole_steps = !model.contact;
     path.prediction_cap = newton_settings.step_cap * smallest_radius;
-    energy_before_.external_work += switching_work(model);
+    if (!resumes) energy_before_.external_work += switching_work(model);
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
-    State state = model.start, before = model.start;
-    std::vector<double> forces = carried_.body_forces;
-    double work = 0;  // of the bodies, in this stage
+    StageProgress at = resumes ? stage_progress(model, newton)
+                               : StageProgress{{}, model.start, carried_.body_forces, 0};
+    if (resumes) go_on_in_stage(model, at);
+    State& state = at.state;
+    State before = state;
     StageDriver driver;
     driver.log = options_.log;
     driver.stop = [this] { return stop_requested(); };
@@ -290,15 +427,15 @@ class Run {
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       const std::vector<double> forces_now = body_forces(model, accepted);
-      work += external_work(model, before, accepted, forces, forces_now);
-      energy_.external_work = energy_before_.external_work + work +
+      at.work += external_work(model, before, accepted, at.body_forces, forces_now);
+      energy_.external_work = energy_before_.external_work + at.work +
                               (model.crossing_order ? model.crossing_order->work() : 0) +
                               (model.contact ? model.contact->limit_work() + model.contact->adaptation_work() : 0);
-      forces = forces_now;
+      at.body_forces = forces_now;
       before = accepted;
-      return record(model, accepted, report, stage, index);
+      return record(model, accepted, report, stage, index, [&] { remember(model, newton, at, index); });
     };
-    const StageOutcome outcome = run_stage(newton, model.effects, path, driver, summary_.timers, state);
+    const StageOutcome outcome = run_stage(newton, model.effects, path, driver, summary_.timers, at.position, state);
 
     energy_before_.external_work = energy_.external_work;
     energy_before_.friction += model.contact ? model.contact->dissipated() : 0;
@@ -316,10 +453,7 @@ class Run {
     look_for_buried_ends(model, state, stage);
     if (outcome.status != StageOutcome::Status::done && since_saved_ > 0) {
       // The effects stand at the failed attempt: bring their contact elements back to the last good state.
-      for (const auto& effect : model.effects) {
-        effect->begin_step(state, outcome.stage_time);
-        effect->update(state);
-      }
+      begin_at(model.effects, state, outcome.stage_time);
       save(model, state, last_point_, last_solver_);
     }
     if (outcome.status == StageOutcome::Status::interrupted) summary_.status = Status::interrupted;
@@ -335,18 +469,23 @@ class Run {
     }
   }
 
+  /// What was begun with the stage that is gone on with is there again; the rest of the run goes on as any.
+  void go_on_in_stage(const StageModel& model, const StageProgress& at) {
+    continuation_ = resumption_->kept.bytes();  // should the run end before the next increment
+    // Of a stage that is over its elements are asked for, as the last step has left them.
+    if (at.position.time >= 1) begin_at(model.effects, at.state, at.position.time);
+    resumption_.reset();
+  }
+
   /// Stored energy that comes and goes with the effects and fiber models of a stage, before anything moves.
   [[nodiscard]] double switching_work(StageModel& model) const {
-    for (const auto& effect : model.effects) {
-      effect->begin_step(model.start, 0);
-      effect->update(model.start);
-    }
+    begin_at(model.effects, model.start, 0);
     return stored_energy(model, model.start) - energy_.stored;
   }
 
-  /// Saves an accepted increment and tells the watcher; returns whether to go on.
+  /// Saves an accepted increment and tells the watcher; returns whether to go on. `remember`: see there.
   bool record(const StageModel& model, const State& state, const IncrementReport& report, const Stage& stage,
-              std::size_t stage_index) {
+              std::size_t stage_index, const std::function<void()>& remember) {
     SolverRecord solver;
     solver.n_newton_iterations = report.n_newton_iterations;
     solver.n_factorizations = report.n_factorizations;
@@ -382,11 +521,13 @@ class Run {
     CurvePoint point = gauge_.read(model, state, scales_);
     point.stage = stage.name;
     point.stage_time = report.stage_time;
+    point.energy = solver.energy;
     summary_.curve.push_back(point);
 
     last_point_ = point;
     last_solver_ = solver;
     ++since_saved_;
+    remember();
     const bool stop = stop_requested();
     if (stop || report.stage_time >= 1 || since_saved_ >= stage.save_every) save(model, state, point, solver);
     if (options_.on_increment) options_.on_increment(progress(report, stage, stage_index, solver, n_contacts));
@@ -399,8 +540,8 @@ class Run {
     const auto guard = summary_.timers.measure(Phase::io);
     FiberConfiguration configuration = carried_.configuration;  // sections of rods go on from the stage's start
     model.field.write_configuration(state, configuration);
-    writer_->append({point.stage, point.stage_time, dimensional(configuration, scales_),
-                     record_contacts(model, state, scales_), record_bodies(model, state, scales_), solver});
+    append({point.stage, point.stage_time, dimensional(configuration, scales_),
+            record_contacts(model, state, scales_), record_bodies(model, state, scales_), solver});
     since_saved_ = 0;
   }
 
@@ -429,8 +570,13 @@ class Run {
   SideGauge gauge_;
   Carried carried_;
   std::size_t first_stage_ = 0;
+  std::optional<Restart> restart_;
+  std::optional<Resumption> resumption_;  // until the run goes on
   SimulationSummary summary_;
+  SnapshotHeader header_;
   std::unique_ptr<SnapshotWriter> writer_;
+  bool states_are_in_place_ = false;
+  std::string continuation_;  // of the last accepted increment
   EnergyRecord energy_, energy_before_;  // natural units; dissipation of finished stages
   // The last accepted increment, and how many increments ago one was saved.
   CurvePoint last_point_;
@@ -457,11 +603,10 @@ ModelSize model_size(const Scene& scene) {
   return size;
 }
 
-void check_start(const Scene& scene, const SimulateOptions& options) {
-  if (options.start_from.empty()) return;
-  const Scales scales = natural_scales(scene);
-  const Scene natural = nondimensional(scene, scales);
-  (void)restart_after(options.after, SnapshotReader(options.start_from), natural, assemble_scene(natural), scales);
+StartPoint check_start(const Scene& scene, const SimulateOptions& options) {
+  Run run(scene, options);
+  run.check_resumption();
+  return run.start();
 }
 
 SimulationSummary simulate(const Scene& scene, const SimulateOptions& options) {

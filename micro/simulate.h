@@ -38,6 +38,9 @@ struct SimulateOptions {
   std::filesystem::path states;                       ///< state file to write
   std::filesystem::path start_from;                   ///< states of another run to start from; empty: the scene's start
   std::string after;                                  ///< stage of that run at whose end to start
+  bool resume = false;  ///< go on with the run that `states` holds, from its last increment; at the start where there is none
+  /// What was changed in the scene since its text was read, in words. A run that is gone on with has had the same.
+  std::string changes;
   int n_threads = 0;                                  ///< 0: all cores
   std::function<void(const Progress&)> on_increment;  ///< may be empty
   std::function<void(const std::string&)> log;        ///< Newton residuals line by line (-v); may be empty
@@ -52,6 +55,11 @@ struct CurvePoint {
   /// weave.
   std::array<double, 2> side_strain{};
   std::array<double, 2> side_force{};  ///< warp, weft: mean of the pulling forces on both sides, N
+  EnergyRecord energy;                 ///< of the increment
+
+  void keep(Archive& archive) {
+    archive(stage, stage_time, side_strain[0], side_strain[1], side_force[0], side_force[1], energy);
+  }
 };
 
 struct SimulationSummary {
@@ -70,13 +78,28 @@ struct SimulationSummary {
   Index n_crossings = 0, n_crossings_ok = 0;
   int n_threads = 0;
   std::vector<CurvePoint> curve;
-  Timers timers;
+  Timers timers;  ///< of this process
+
+  /// Passes through what has added up over the increments.
+  void keep(Archive& archive) {
+    archive(n_contact_elements_max, n_increments, n_cut_increments, n_newton_iterations, n_factorizations,
+            max_penetration_over_radius, force_imbalance, moment_imbalance, energy, n_unstable_increments, n_buried_ends,
+            warnings, crossing_order_ok, n_crossings, n_crossings_ok, curve);
+  }
 };
 
-/// Throws InputError where the run cannot start from what the options name; touches nothing.
-void check_start(const Scene& scene, const SimulateOptions& options);
+/// Where a run begins.
+struct StartPoint {
+  std::size_t stage = 0;   ///< of the scene; the number of stages where nothing is left to do
+  double stage_time = 0;   ///< done of that stage
+  Index n_increments = 0;  ///< accepted before, by the run that is gone on with
+};
 
-/// Runs `scene` and writes its states. A solver that gives up is reported in `status`, with the last good state saved;
+/// Where the run would begin. Throws InputError where it cannot start from what the options name; touches nothing.
+[[nodiscard]] StartPoint check_start(const Scene& scene, const SimulateOptions& options);
+
+/// Runs `scene` and writes its states. A run that goes on (`resume`) leaves what it would have left without the
+/// interruption, to the bit, but for times; the states it finds stay as they are until the next one is saved. A solver that gives up is reported in `status`, with the last good state saved;
 /// so is a disk that is full after the first state. Throws InputError where the scene and the options cannot be run,
 /// WriteError where not even the first state can be written.
 [[nodiscard]] SimulationSummary simulate(const Scene& scene, const SimulateOptions& options);

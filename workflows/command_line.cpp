@@ -35,7 +35,11 @@ std::optional<Options> parse_command_line(int argc, const char* const* argv, con
   app.set_version_flag("--version", std::string("Trame ") + TRAME_VERSION);
   auto* scene = app.add_option("SCENE", options.scene, "Scene file, or the name of one in data/scenes");
   app.add_option("--out", options.out, "Folder for the results [results/<scene>]");
-  app.add_flag("--overwrite", options.overwrite, "Replace the files of an earlier run in that folder");
+  auto* overwrite =
+      app.add_flag("--overwrite", options.overwrite, "Replace the files of an earlier run in that folder");
+  auto* resume = app.add_flag("--resume", options.resume,
+                              "Go on with the run in that folder, from the last state it has saved; at the start where "
+                              "there is none. The scene may have more stages at its end");
   app.add_option("--threads", options.n_threads, "Threads [all cores]")->check(CLI::Range(1, 1024));
   auto* alpha = app.add_option("--alpha", options.alpha,
                                "Weft strain over warp strain in the last stage, instead of the scene's");
@@ -52,6 +56,7 @@ std::optional<Options> parse_command_line(int argc, const char* const* argv, con
   start_from->needs(after)->check(CLI::ExistingFile);
   after->needs(start_from);
   // The study knows the scene as it is, from its start.
+  resume->excludes(overwrite)->excludes(start_from);
   accuracy->excludes(settings)->excludes(alpha)->excludes(start_from);
   app.add_flag("--check", options.check, "Check the scene, say what would be simulated, and stop");
   auto* print_schema = app.add_flag("--print-schema", options.print_schema, "Print every key of a scene, and stop");

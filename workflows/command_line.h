@@ -12,7 +12,7 @@ namespace trame::workflows {
 struct Options {
   std::string scene;                         ///< path or name, as given
   std::optional<std::filesystem::path> out;  ///< default: results/<scene>
-  bool overwrite = false, check = false, print_schema = false, verbose = false;
+  bool overwrite = false, resume = false, check = false, print_schema = false, verbose = false;
   int n_threads = 0;            ///< 0: all cores
   std::optional<double> alpha;  ///< weft strain over warp strain
   std::string accuracy;         ///< "1%": take the cheapest settings that held it in the scene's study; empty: none

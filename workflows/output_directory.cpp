@@ -32,7 +32,7 @@ bool is_empty_but_for_the_lock(const fs::path& folder) {
                      [](const fs::directory_entry& entry) { return entry.path().filename() == FolderLock::file_name; });
 }
 
-std::unique_ptr<FolderLock> make_ready(const fs::path& root, bool overwrite) {
+std::unique_ptr<FolderLock> make_ready(const fs::path& root, OutputDirectory::Earlier earlier) {
   if (fs::exists(root) && !fs::is_directory(root))
     throw InputError(fmt::format("--out {}: is a file; must be a folder, or not exist yet", root.string()));
   fs::create_directories(root);
@@ -40,12 +40,12 @@ std::unique_ptr<FolderLock> make_ready(const fs::path& root, bool overwrite) {
     throw InputError(
         fmt::format("--out {}: cannot be written to; must be a folder with write permission", root.string()));
   auto lock = std::make_unique<FolderLock>("--out", root);
-  if (overwrite)
+  if (earlier == OutputDirectory::Earlier::removed)
     remove_run_outputs(root);
-  else if (!is_empty_but_for_the_lock(root))
+  else if (earlier == OutputDirectory::Earlier::refused && !is_empty_but_for_the_lock(root))
     throw InputError(
         fmt::format("--out {}: is not empty; must be a new or empty folder, unless --overwrite is given, "
-                    "which replaces the files of an earlier run",
+                    "which replaces the files of an earlier run, or --resume, which goes on with it",
                     root.string()));
   return lock;
 }
@@ -58,9 +58,9 @@ bool is_run_output(const std::string& relative_path) {
   return std::regex_match(relative_path, names);
 }
 
-OutputDirectory::OutputDirectory(const fs::path& root, bool overwrite) : root_(root) {
+OutputDirectory::OutputDirectory(const fs::path& root, Earlier earlier) : root_(root) {
   try {
-    lock_ = make_ready(root_, overwrite);
+    lock_ = make_ready(root_, earlier);
   } catch (const fs::filesystem_error& error) {
     if (is_lack_of_space(error.code().value()))
       throw WriteError(fmt::format("--out {}: cannot be written to: {}", root.string(), error.code().message()));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -69,14 +70,10 @@ std::string accuracy_text(const Profile& profile, const ProfileRun& run) {
 }
 
 micro::SimulationSummary simulate(const micro::Scene& scene, const Options& options, micro::SimulateOptions run,
-                                  const OutputDirectory& out, Terminal& terminal, std::vector<EnergyPoint>& energies) {
-  run.states = out.states();
+                                  Terminal& terminal) {
   run.n_threads = options.n_threads;
   run.stop = &stop_on_signals();
-  run.on_increment = [&](const micro::Progress& progress) {
-    terminal.progress(progress);
-    energies.push_back({progress.stage, progress.solver->energy});
-  };
+  run.on_increment = [&](const micro::Progress& progress) { terminal.progress(progress); };
   if (options.verbose) run.log = [&](const std::string& text) { terminal.line(text); };
   micro::SimulationSummary summary = micro::simulate(scene, run);
   terminal.end_progress();
@@ -101,7 +98,7 @@ void write_fibers(const OutputDirectory& out, Timers& timers) {
 void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
   using Status = micro::SimulationSummary::Status;
   if (summary.status == Status::interrupted)
-    terminal.line("Interrupted: everything up to the last increment is saved.");
+    terminal.line("Interrupted: everything up to the last increment is saved. The same command with --resume goes on.");
   if (summary.status == Status::cannot_write) terminal.line(fmt::format("Ended early: {}.", summary.message));
   if (summary.status == Status::gave_up)
     terminal.line(fmt::format("The solver gave up: {}\nThe last good state is saved.", summary.message));
@@ -131,26 +128,69 @@ void write_curves(const OutputDirectory& out, const micro::Scene& scene, const m
     terminal.line("No picture of the curves: gnuplot is not installed, or failed on curves.gp.");
 }
 
-/// Where to start from; checked before an earlier run is overwritten.
-micro::SimulateOptions start_of(const micro::Scene& scene, const Options& options,
-                                const std::filesystem::path& folder) {
+/// Where a run begins, and what it writes to.
+struct Beginning {
+  std::filesystem::path folder;
   micro::SimulateOptions run;
+  micro::StartPoint at;
+};
+
+/// The changes of a scene that a command line asks for.
+std::string changes_text(const Task& task, const Options& options) {
+  std::string text;
+  for (const Setting& setting : task.settings) text += fmt::format("--set {}={} ", setting.knob, setting.value);
+  if (options.alpha) text += fmt::format("--alpha {} ", *options.alpha);
+  return text.substr(0, text.size() - (text.empty() ? 0 : 1));
+}
+
+/// Checked before an earlier run is overwritten, and while the process has one thread.
+Beginning beginning_of(const Task& task, const Options& options) {
+  Beginning beginning{options.out.value_or(default_output(task.scene.name, options.alpha)), {}, {}};
+  micro::SimulateOptions& run = beginning.run;
+  run.states = states_in(beginning.folder);
   run.start_from = options.start_from;
   run.after = options.after;
+  run.resume = options.resume;
+  run.changes = changes_text(task, options);
+  run.n_threads = options.n_threads;
   std::error_code none;
-  if (std::filesystem::equivalent(run.start_from, folder / "states.h5", none))
+  if (std::filesystem::equivalent(run.start_from, run.states, none))
     throw InputError(
         fmt::format("--start-from {}: the results would be written over it; choose another --out", options.start_from));
-  if (run.start_from.empty()) return run;
-  probe(options.start_from, [&] { micro::check_start(scene, run); });
-  micro::check_start(scene, run);
-  return run;
+  const std::filesystem::path read = run.resume ? run.states : run.start_from;
+  if (read.empty() || !std::filesystem::exists(read)) return beginning;
+  probe(read.string(), [&] { (void)micro::check_start(task.scene, run); });
+  beginning.at = micro::check_start(task.scene, run);
+  return beginning;
+}
+
+/// What is left to do of a scene, for an estimate of that.
+micro::Scene what_is_left(micro::Scene scene, const micro::StartPoint& from) {
+  scene.stages.erase(scene.stages.begin(), scene.stages.begin() + static_cast<std::ptrdiff_t>(from.stage));
+  if (!scene.stages.empty()) {
+    Index& n = scene.stages.front().n_increments;
+    n = static_cast<Index>(std::ceil((1 - from.stage_time) * n - 1e-6));
+  }
+  return scene;
+}
+
+void tell_beginning(Terminal& terminal, const micro::Scene& scene, const Beginning& beginning) {
+  if (!beginning.run.resume) return;
+  const micro::StartPoint& at = beginning.at;
+  if (at.n_increments == 0)
+    terminal.line(fmt::format("Nothing to resume in {}: begins at the start.", beginning.folder.string()));
+  else if (at.stage == scene.stages.size())
+    terminal.line(fmt::format("All stages are done, in {} increments.", at.n_increments));
+  else
+    terminal.line(fmt::format("Goes on in stage {} at stage time {:.4f}, after {} increments.",
+                              scene.stages[at.stage].name, at.stage_time, at.n_increments));
 }
 
 /// For summary.json; what it calls for is added to the warnings of `summary`.
-nlohmann::json error_estimate(const OutputDirectory& out, const Task& task, const std::vector<EnergyPoint>& energies,
-                              micro::SimulationSummary& summary) {
+nlohmann::json error_estimate(const OutputDirectory& out, const Task& task, micro::SimulationSummary& summary) {
   const auto io = summary.timers.measure(Phase::io);
+  std::vector<EnergyPoint> energies;
+  for (const micro::CurvePoint& point : summary.curve) energies.push_back({point.stage, point.energy});
   const PosterioriEstimate estimate = estimate_errors(micro::SnapshotReader(out.states()), energies, summary.curve);
   // What the profile says holds for a run that reached its end.
   const bool done = summary.status == micro::SimulationSummary::Status::done;
@@ -185,14 +225,13 @@ class Outputs {
 };
 
 void write_results(const Task& task, const Options& options, const Program& program, const OutputDirectory& out,
-                   const std::vector<EnergyPoint>& energies, micro::SimulationSummary& summary, Outputs& outputs,
-                   Terminal& terminal) {
+                   micro::SimulationSummary& summary, Outputs& outputs, Terminal& terminal) {
   nlohmann::json derived = nlohmann::json::object();
   const auto make_summary = [&] {
     derived["failed_outputs"] = outputs.failures();
     outputs.make("summary.json", [&] { write_summary(out, task, options, summary, derived); });
   };
-  outputs.make("error estimate", [&] { derived["error_estimate"] = error_estimate(out, task, energies, summary); });
+  outputs.make("error estimate", [&] { derived["error_estimate"] = error_estimate(out, task, summary); });
   tell_outcome(terminal, summary);
   make_summary();  // what comes now may take long
   outputs.make("curves", [&] { write_curves(out, task.scene, summary, terminal); });
@@ -212,16 +251,16 @@ void write_results(const Task& task, const Options& options, const Program& prog
   }
 }
 
-int run_scene(const Task& task, const Options& options, const Program& program, Terminal& terminal) {
+int run_scene(const Task& task, const Options& options, const Beginning& beginning, const Program& program,
+              Terminal& terminal) {
   using Status = micro::SimulationSummary::Status;
-  const micro::Scene& scene = task.scene;
-  const std::filesystem::path folder = options.out.value_or(default_output(scene.name, options.alpha));
-  const micro::SimulateOptions start = start_of(scene, options, folder);
-  const OutputDirectory out(folder, options.overwrite);
-  std::vector<EnergyPoint> energies;
-  micro::SimulationSummary summary = simulate(scene, options, start, out, terminal, energies);
+  using Earlier = OutputDirectory::Earlier;
+  const OutputDirectory out(beginning.folder, options.resume      ? Earlier::kept
+                                              : options.overwrite ? Earlier::removed
+                                                                  : Earlier::refused);
+  micro::SimulationSummary summary = simulate(task.scene, options, beginning.run, terminal);
   Outputs outputs(terminal);
-  write_results(task, options, program, out, energies, summary, outputs, terminal);
+  write_results(task, options, program, out, summary, outputs, terminal);
   tell_results(terminal, out, summary.timers.total());
   const bool reached_its_end = summary.status == Status::done || summary.status == Status::interrupted;
   return reached_its_end && outputs.failures().empty() ? exit_done : exit_ended_early;
@@ -238,15 +277,17 @@ int run_command_line(const Program& program, int argc, char** argv) {
   const Task task = load_task(*options);
   const micro::Scene& scene = task.scene;
   check_memory(scene, available_memory());
+  const Beginning beginning = beginning_of(task, *options);
   take_blas_buffers(options->n_threads);
   const micro::ModelSize size = micro::model_size(scene);
   terminal.line(fmt::format("{}: {}", scene.name, scene.title));
-  const micro::CostEstimate cost = micro::estimate_cost(scene);
+  const micro::CostEstimate cost = micro::estimate_cost(what_is_left(scene, beginning.at));
   terminal.line(options->check ? scene_overview(scene, size, cost) : size_text(size, cost));
+  tell_beginning(terminal, scene, beginning);
   if (!options->accuracy.empty()) terminal.line(accuracy_text(*task.profile, *task.known_run));
   if (options->check) return exit_done;
   if (options->verbose) terminal.line(fmt::format("OpenBLAS kernel {}", blas_kernel()));
-  return run_scene(task, *options, program, terminal);
+  return run_scene(task, *options, beginning, program, terminal);
 }
 
 }  // namespace

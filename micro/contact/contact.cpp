@@ -446,6 +446,25 @@ void Contact::commit(const State& state) {
   note_loaded_particles();
 }
 
+void Contact::keep(Archive& archive) {
+  archive(history_, tractions_, fading_n_, allowance_force_n_, slip_energy_n_, dissipated_, adaptation_work_, limit_work_,
+          coming_adaptation_work_);
+  if (!archive.reads()) return;
+  const auto on_fiber = [&](Index fiber, double s) {
+    return fiber >= 0 && fiber < field_.mesh().n_fibers() && std::isfinite(s);
+  };
+  for (const ContactHistory& h : history_)
+    archive.require(on_fiber(h.fiber_a, h.s_a) && on_fiber(h.fiber_b, h.s_b) && h.penalty_scale > 0 &&
+                        std::isfinite(h.penalty_scale) && h.normal.allFinite() &&
+                        h.traction < static_cast<Index>(tractions_.size()),
+                    "a contact that cannot be");
+  // Elements are looked for anew in each increment.
+  elements_.clear();
+  known_.clear();
+  stick_slip_.clear();
+  note_loaded_particles();
+}
+
 /// Where penetrations are deep, as they may be on the way to an equilibrium: zone by zone, up to eight consecutive samples
 /// of a pair, in the history of the elements. Returns the work that it does.
 double Contact::adapt_penalties(std::vector<ContactHistory>& history) const {

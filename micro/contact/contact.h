@@ -39,6 +39,7 @@ class Contact final : public Effect {
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   void commit(const State& state) override;
+  void keep(Archive& archive) override;
   /// Raises preloads by the penetrations that remain, where these are above their target, or where the work that forces
   /// have lost on them is more than 0.5 % of the elastic energy: by so much the answer is too soft.
   [[nodiscard]] bool stiffen(const State& state, double elastic_energy) override;

@@ -141,8 +141,17 @@ bool touches(const FiberPoint& a, const FiberPoint& b, const Assembler& assemble
 /// feet move by −A⁻¹ B.
 struct Sliding {
   int n = 0;
+  std::array<Vec3, 2> along;  // ∂c/∂e
   std::array<LocalForms::Form, 2> b;
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  // of A
+
+  /// form += direction·δc, of the chord between feet that slide.
+  void add_chord(LocalForms::Form& form, const Vec3& direction, const LocalForms& local) const {
+    local.add_position(form, 1, direction);
+    local.add_position(form, 0, -direction);
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) form -= direction.dot(along[i]) * inverse(i, j) * b[j];
+  }
 };
 
 Sliding sliding(const ContactElement& e, const LocalForms& local) {
@@ -150,21 +159,20 @@ Sliding sliding(const ContactElement& e, const LocalForms& local) {
   const Gap& g = e.measured;
   const Chord& chord = e.pair.chord;
   if (g.inverse_distance == 0) return s;
-  std::array<Vec3, 2> along;  // ∂c/∂e
   Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
   const auto across = [&](const Vec3& v) -> Vec3 { return v - g.normal * g.normal.dot(v); };
   for (int i = 0; i < chord.n_free; ++i) {
     const Vec2& f = chord.free[i];
-    along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
+    s.along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
     s.b[i] = local.zero();
-    const Vec3 turn = g.inverse_distance * across(along[i]);
+    const Vec3 turn = g.inverse_distance * across(s.along[i]);
     local.add_position(s.b[i], 1, turn);
     local.add_position(s.b[i], 0, -turn);
     if (f[0] != 0) local.add_tangent(s.b[i], 0, -f[0] * g.normal);
     if (f[1] != 0) local.add_tangent(s.b[i], 1, f[1] * g.normal);
     for (int j = 0; j <= i; ++j)
-      a(i, j) = a(j, i) = along[j].dot(turn) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
-                                                            f[0] * chord.free[j][0] * chord.at_a.curvature);
+      a(i, j) = a(j, i) = s.along[j].dot(turn) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
+                                                              f[0] * chord.free[j][0] * chord.at_a.curvature);
   }
   // A valley that is level to round-off holds no foot.
   if (std::abs(a.determinant()) < 1e-12) return s;
@@ -207,26 +215,27 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
     LocalForms::Form turn = local.zero();
     local.add_section(turn, side, Vec2(-section.w[1], section.w[0]), n);
     if (exact) {
-      const Vec3 with_normal = g.inverse_distance * (section.beside - n * n.dot(section.beside));
-      local.add_position(turn, 1, with_normal);
-      local.add_position(turn, 0, -with_normal);
+      slide.add_chord(turn, g.inverse_distance * (section.beside - n * n.dot(section.beside)), local);
     }
     add_square(turn, f * section.curvature);
   };
   add_outline(0, g.a);
   add_outline(1, g.b);
   if (exact) {
-    // The normal turns with the chord, which the feet follow.
+    // The normal turns with the chord, which the feet follow. Of the distance itself that takes from the curvature,
+    // below.
     const Vec3 e1 = n.unitOrthogonal(), e2 = n.cross(e1);
-    const double by_chord = g.inverse_distance + x.dot(n) * g.inverse_distance * g.inverse_distance;
+    const double by_outlines = x.dot(n) * g.inverse_distance * g.inverse_distance;
     for (const Vec3& across : {e1, e2}) {
-      LocalForms::Form chord = local.zero(), sections = local.zero();
+      LocalForms::Form chord = local.zero(), sliding_chord = local.zero(), sections = local.zero();
       local.add_position(chord, 1, across);
       local.add_position(chord, 0, -across);
+      slide.add_chord(sliding_chord, across, local);
       local.add_section(sections, 0, e.radius_a * g.a.w, across);
       local.add_section(sections, 1, e.radius_b * g.b.w, -across);
-      add_square(chord, -f * by_chord);
-      k.template selfadjointView<Eigen::Lower>().rankUpdate(chord, sections, f * g.inverse_distance);
+      add_square(chord, -f * g.inverse_distance);
+      add_square(sliding_chord, -f * by_outlines);
+      k.template selfadjointView<Eigen::Lower>().rankUpdate(sliding_chord, sections, f * g.inverse_distance);
     }
     for (int i = 0; i < slide.n; ++i) {
       add_square(slide.b[i], f * slide.inverse(i, i));

@@ -54,6 +54,10 @@ struct ContactHistory {
   bool point = false;
   double preload = 0;  ///< see ContactElement
   bool stuck = false;  ///< see ContactElement
+
+  void keep(Archive& archive) {
+    archive(fiber_a, fiber_b, s_a, s_b, normal, traction, penalty_scale, touches, allowance, length, point, preload, stuck);
+  }
 };
 
 /// The gap of a pair at one state, and what its derivatives need:

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "micro/core/types.h"
+#include "micro/core/archive.h"
 
 namespace trame::micro {
 
@@ -51,6 +51,7 @@ struct FiberConfiguration {
     g2.resize(n_nodes);
     tangent.resize(n_nodes);
   }
+  void keep(Archive& archive) { archive(r, g1, g2, tangent); }
 };
 
 }  // namespace trame::micro

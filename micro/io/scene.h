@@ -19,6 +19,8 @@ struct Material {
   double shear_modulus_axial = 0;       ///< G_LT, Pa (= E/2(1+ν) when isotropic)
   double poisson_ratio_axial = 0;       ///< ν_LT, −1 < ν < 0.5
   double poisson_ratio_transverse = 0;  ///< ν_TT
+
+  bool operator==(const Material&) const = default;
 };
 
 /// Kinematics of a fiber: 9-dof enriched beam, or stretch-and-bend rod.
@@ -29,6 +31,8 @@ struct FiberType {
   Index material = 0;  ///< index into Scene::materials
   double radius = 0;   ///< R, m
   FiberModel model = FiberModel::enriched;
+
+  bool operator==(const FiberType&) const = default;
 };
 
 /// A single fiber along points (cubic spline through them, a parabola for three, straight for two), free of stress in
@@ -39,6 +43,8 @@ struct FiberSpec {
   std::vector<Vec3> points;  ///< at least two, m
   Index n_elements = 0;
   std::optional<Vec3> section_axis;  ///< direction of g₁ at the start (made normal to the fiber); default: z
+
+  bool operator==(const FiberSpec&) const = default;
 };
 
 /// A bundle: fibers packed on a hexagonal lattice around a line through points, turned `twist` times over its length.
@@ -51,6 +57,8 @@ struct BundleSpec {
   Index n_layers = 0;             ///< fibers stacked in z of the section; 0: as round as it gets
   double lattice_spacing = 1.05;  ///< centre distance in fiber diameters, ≥ 1
   double twist = 0;               ///< turns over the whole length; geometry is free of stress
+
+  bool operator==(const BundleSpec&) const = default;
 };
 
 /// The warp or the weft yarns of a weave.
@@ -63,6 +71,8 @@ struct YarnSystem {
   double yarn_spacing = 0;        ///< distance between neighbouring yarns (1/sett), m
   double margin = 0;              ///< yarn length beyond the outermost crossing yarn's axis, m
   double lattice_spacing = 1.05;  ///< centre distance of fibers in the flat yarn, in fiber diameters, ≥ 1
+
+  bool operator==(const YarnSystem&) const = default;
 };
 
 /// Warp yarns run along x, weft yarns along y, z is the thickness direction; the patch is centred on the origin.
@@ -70,6 +80,8 @@ struct YarnSystem {
 struct Weave {
   std::vector<std::vector<bool>> warp_above;  ///< weft n_yarns × warp n_yarns
   YarnSystem warp, weft;
+
+  bool operator==(const Weave&) const = default;
 };
 
 /// How fiber ends follow a body: position and section of each; or, so that fibers may rearrange, section and position
@@ -81,6 +93,8 @@ struct Tie {
   std::string fibers;  ///< name of a fiber, bundle or yarn, with * and ? as wildcards
   FiberEnd end = FiberEnd::start;
   TieKind kind = TieKind::clamped;
+
+  bool operator==(const Tie&) const = default;
 };
 
 /// A rigid body. A weave makes its own: "warp/1/start" … for yarn ends, "side/warp/start" … for patch sides.
@@ -88,6 +102,8 @@ struct BodySpec {
   std::string name;
   Vec3 position = Vec3::Zero();  ///< m
   std::vector<Tie> ties;
+
+  bool operator==(const BodySpec&) const = default;
 };
 
 /// Degree of freedom of a body: translation along, or rotation about, a global axis.
@@ -107,6 +123,8 @@ struct Drive {
   DriveMode mode = DriveMode::displacement;
   double value = 0;
   std::string leader;  ///< for follow
+
+  bool operator==(const Drive&) const = default;
 };
 
 /// A stretch of the load path. Body dofs that no drive names are held where they are.
@@ -120,6 +138,8 @@ struct Stage {
   double proximal_end = 0;    ///< η at the end; falls geometrically; a zero end is zero on the last increment
   std::optional<FiberModel> fiber_model;  ///< model of every fiber in this stage, instead of its type's
   Index save_every = 1;                   ///< increments between saved states; the last one is always saved
+
+  bool operator==(const Stage&) const = default;
 };
 
 enum class ContactScope : std::uint8_t { all, between_yarns, none };
@@ -136,6 +156,8 @@ struct ContactSettings {
   bool adapt_penalty = true;          ///< zone by zone, toward the target penetration
   double regularisation = 0.1;        ///< penetration at which the quadratic penalty goes over to a linear one, in R
   double penalty = 0.02;  ///< starting stiffness per length, in units of the softer fiber's transverse modulus
+
+  bool operator==(const ContactSettings&) const = default;
 };
 
 struct SolverSettings {
@@ -146,6 +168,8 @@ struct SolverSettings {
   double step_cap = 0.5;  ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
   FactorPrecision factor_precision = FactorPrecision::double_precision;
   double min_increment = 1e-4;  ///< smallest fraction of a stage before the solver gives up
+
+  bool operator==(const SolverSettings&) const = default;
 };
 
 struct Scene {

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,8 @@ struct BodyRecord {
 /// the yarns, and of penalties that are adapted under pressure.
 struct EnergyRecord {
   double external_work = 0, stored = 0, friction = 0, damping = 0, imbalance = 0;
+
+  void keep(Archive& archive) { archive(external_work, stored, friction, damping, imbalance); }
 };
 
 /// What the solver did for one increment.
@@ -52,6 +55,11 @@ struct SolverRecord {
   /// 1: the equilibrium is known to be unstable, a disturbance would leave it; 0: not known to be. Looked at where the
   /// solver met an indefinite tangent in its last iterations, and at the end of each stage.
   Index unstable = 0;
+
+  void keep(Archive& archive) {
+    archive(n_newton_iterations, n_factorizations, n_geometry_updates, n_cuts, residual, max_penetration_over_radius,
+            force_imbalance, moment_imbalance, proximal, energy, seconds, unstable);
+  }
 };
 
 struct Increment {
@@ -72,7 +80,7 @@ struct SnapshotHeader {
   std::vector<std::string> body_names;
 };
 
-/// Appends increments to a state file. Each increment is on the disk before the file's `n_increments` counts it, and
+/// Appends increments to a state file, and with each of them what a run needs to go on from there. Each increment is on the disk before the file's `n_increments` counts it, and
 /// what is counted is never written to again, so that a crash at any moment leaves every counted increment intact.
 class SnapshotWriter {
  public:
@@ -83,9 +91,12 @@ class SnapshotWriter {
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  /// Throws WriteError where the file cannot grow (a full disk, a limit) or is no longer there, and leaves it with
+  /// `continuation`: bytes that `SnapshotReader::continuation` gives back for the last increment; those of the last two are
+  /// kept. Throws WriteError where the file cannot grow (a full disk, a limit) or is no longer there, and leaves it with
   /// what it counts; std::invalid_argument for arrays of wrong length.
-  void append(const Increment& increment);
+  void append(const Increment& increment, const std::string& continuation = {});
+  /// Gives the file, whole as it is, another name, in the place of one that has it. Throws WriteError.
+  void rename(const std::filesystem::path& file);
 
  private:
   struct Impl;
@@ -105,6 +116,8 @@ class SnapshotReader {
   [[nodiscard]] Index n_increments() const;
   /// Reads increment i, 0 ≤ i < n_increments(); increment 0 is the reference state. Throws InputError.
   [[nodiscard]] Increment read(Index i) const;
+  /// What the last increment was appended with; nothing where there is none, or not whole.
+  [[nodiscard]] std::optional<std::string> continuation() const;
   /// Only the node positions and section vectors of increment i.
   [[nodiscard]] FiberConfiguration read_fibers(Index i) const;
 

@@ -9,7 +9,7 @@
 namespace trame::micro::layout {
 
 inline constexpr const char* name = "trame-states";
-inline constexpr Index version = 2;
+inline constexpr Index version = 3, oldest_version = 2;
 inline constexpr std::size_t max_stage_bytes = max_name_bytes;
 static_assert(max_stage_bytes == 128, "part of the layout");
 
@@ -92,6 +92,22 @@ template <class Rows, class Visitor>
 void visit_contact_rows(Rows& rows, Visitor& visit) {
   visit.scalar("contacts/first", "1", rows.first);
   visit.scalar("contacts/count", "1", rows.count);
+}
+
+/// Where the bytes are that a run needs to go on from its `n_increments`-th saved increment: in turn, so that while those
+/// of one are written, those of the one before stay.
+inline std::string continuation_path(std::uint64_t n_increments) {
+  return n_increments % 2 == 0 ? "continuation/even" : "continuation/odd";
+}
+/// Stands before those bytes. A write that was cut short is known by the checksum.
+struct ContinuationHead {
+  std::uint64_t n_increments = 0, n_bytes = 0, checksum = 0;
+};
+/// FNV-1a.
+inline std::uint64_t checksum(const std::string& bytes) {
+  std::uint64_t sum = 14695981039346656037ULL;
+  for (const char c : bytes) sum = (sum ^ static_cast<std::uint8_t>(c)) * 1099511628211ULL;
+  return sum;
 }
 
 }  // namespace trame::micro::layout

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <string_view>
 
@@ -178,8 +179,9 @@ void check_layout(const StateFile& states) {
   Index version = 0;
   states.require(read_attribute(states.file, "layout_version", H5T_NATIVE_INT32, H5T_INTEGER, version),
                  "attribute layout_version is missing");
-  states.require(version == layout::version,
-                 fmt::format("layout_version {}; this program reads version {} only", version, layout::version));
+  states.require(version >= layout::oldest_version && version <= layout::version,
+                 fmt::format("layout_version {}; this program reads versions {} to {}", version, layout::oldest_version,
+                             layout::version));
 }
 
 void check_mesh(const StateFile& states, const FiberMesh& mesh) {
@@ -297,6 +299,24 @@ SnapshotReader::~SnapshotReader() = default;
 
 const SnapshotHeader& SnapshotReader::header() const { return impl_->header; }
 Index SnapshotReader::n_increments() const { return impl_->n_increments; }
+
+std::optional<std::string> SnapshotReader::continuation() const {
+  const hdf5::Quiet quiet;
+  const auto n = static_cast<std::uint64_t>(impl_->n_increments);
+  const std::string path = layout::continuation_path(n);
+  if (H5Lexists(impl_->states.file, "continuation", H5P_DEFAULT) <= 0 ||
+      H5Lexists(impl_->states.file, path.c_str(), H5P_DEFAULT) <= 0)
+    return std::nullopt;
+  const auto bytes = Fetcher{impl_->states}.array<std::uint8_t>(path);
+  layout::ContinuationHead head;
+  if (bytes.size() < sizeof head) return std::nullopt;
+  std::memcpy(&head, bytes.data(), sizeof head);
+  if (head.n_increments != n || head.n_bytes > bytes.size() - sizeof head) return std::nullopt;
+  const auto begin = bytes.begin() + sizeof head;
+  std::string continuation(begin, begin + static_cast<std::ptrdiff_t>(head.n_bytes));
+  if (layout::checksum(continuation) != head.checksum) return std::nullopt;
+  return continuation;
+}
 
 FiberConfiguration SnapshotReader::read_fibers(Index i) const {
   const hdf5::Quiet quiet;

@@ -97,6 +97,7 @@ constexpr hsize_t max_chunk_rows = 65536;
 constexpr hsize_t contact_chunk_rows = 16384;
 constexpr hsize_t page_size = 4096;
 constexpr hsize_t scalar_chunk_rows = 256;
+constexpr hsize_t continuation_chunk_bytes = 65536;
 
 hsize_t chunk_rows(hsize_t rows) {
   const hsize_t n_chunks = (rows + max_chunk_rows - 1) / max_chunk_rows;
@@ -150,6 +151,10 @@ struct Creator {
   void label(const std::string& path, const std::string&) {
     create(path, hdf5::string_type(layout::max_stage_bytes), {0}, {page_size / layout::max_stage_bytes}, false, "1");
   }
+  void continuations() {
+    for (const std::uint64_t n : {0, 1})
+      create(layout::continuation_path(n), H5T_STD_U8LE, {0}, {continuation_chunk_bytes}, false, "1");
+  }
   void count() {
     const Handle properties(H5Pcreate(H5P_DATASET_CREATE)), space(H5Screate(H5S_SCALAR));
     H5Pset_alloc_time(properties, H5D_ALLOC_TIME_EARLY);
@@ -172,7 +177,7 @@ struct Appender {
     Handle& set = open_sets[path];
     if (!set.valid()) set = Handle(H5Dopen2(states.file, path.c_str(), H5P_DEFAULT));
     Dims size = hdf5::extent(set);
-    size[0] = start[0] + count[0];
+    size[0] = std::max(size[0], start[0] + count[0]);
     const bool grown = H5Dset_extent(set, size.data()) >= 0;
     const Handle space = hdf5::select(set, start, count), memory = hdf5::space_of(count);
     if (!grown || !space.valid() || H5Dwrite(set, type, memory, space, H5P_DEFAULT, values) < 0)
@@ -214,6 +219,12 @@ struct Appender {
     write(path, hdf5::string_type(layout::max_stage_bytes), {i}, {1}, text.data());
   }
 };
+
+/// The head of a continuation, and the continuation.
+std::string with_head(std::uint64_t n_increments, const std::string& continuation) {
+  const layout::ContinuationHead head{n_increments, continuation.size(), layout::checksum(continuation)};
+  return std::string(reinterpret_cast<const char*>(&head), sizeof head) + continuation;
+}
 
 /// What a piece of the library's bookkeeping, and the end of a chunk, take beyond the numbers themselves.
 constexpr std::uint64_t overhead_bytes = 2 * page_size;
@@ -373,6 +384,7 @@ SnapshotWriter::SnapshotWriter(const std::filesystem::path& file, const Snapshot
     Creator creator{states};
     layout::visit_increment(static_cast<const Increment&>(Increment{}), impl_->n_nodes, impl_->n_bodies, creator);
     layout::visit_contact_rows(static_cast<const layout::ContactRows&>(layout::ContactRows{}), creator);
+    creator.continuations();
     creator.count();
     // From here on the library orders its writes so that the file is readable at any moment: an interrupted run leaves
     // a file that is merely marked as open for writing.
@@ -389,7 +401,15 @@ SnapshotWriter::SnapshotWriter(const std::filesystem::path& file, const Snapshot
 
 SnapshotWriter::~SnapshotWriter() = default;
 
-void SnapshotWriter::append(const Increment& increment) {
+void SnapshotWriter::rename(const std::filesystem::path& file) {
+  std::error_code error;
+  std::filesystem::rename(impl_->path, file, error);
+  if (error) throw WriteError(fmt::format("{}: cannot be written: {}", file.string(), error.message()));
+  impl_->path = file;
+  impl_->states.name = file.string();
+}
+
+void SnapshotWriter::append(const Increment& increment, const std::string& continuation) {
   const hdf5::Quiet quiet;
   Impl& impl = *impl_;
   const layout::ContactRows rows{impl.next_contact, increment.contacts.fiber_a.size()};
@@ -400,7 +420,7 @@ void SnapshotWriter::append(const Increment& increment) {
   try {
     Measurer measurer;
     layout::visit_increment(increment, impl.n_nodes, impl.n_bodies, measurer);
-    impl.check_room(measurer.bytes + closing_bytes);
+    impl.check_room(measurer.bytes + continuation.size() + continuation_chunk_bytes + overhead_bytes + closing_bytes);
   } catch (const WriteError&) {
     impl.remove_if_empty();
     throw;
@@ -409,6 +429,10 @@ void SnapshotWriter::append(const Increment& increment) {
     Appender appender{impl.states, impl.open_sets, impl.n_increments, rows.first};
     layout::visit_increment(increment, impl.n_nodes, impl.n_bodies, appender);
     layout::visit_contact_rows(rows, appender);
+    if (!continuation.empty()) {
+      const std::string bytes = with_head(impl.n_increments + 1, continuation);
+      appender.write(layout::continuation_path(impl.n_increments + 1), H5T_NATIVE_UINT8, {0}, {bytes.size()}, bytes.data());
+    }
     if (H5Fflush(impl.states.file, H5F_SCOPE_LOCAL) < 0) impl.states.fail_to_write("cannot be written to");
     impl.sync();
     // Whole chunks for each increment: what is on disk is never compressed anew.

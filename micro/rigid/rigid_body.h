@@ -15,6 +15,8 @@ namespace trame::micro {
 struct Pose {
   Vec3 position = Vec3::Zero();
   Mat3 rotation = Mat3::Identity();
+
+  void keep(Archive& archive) { archive(position, rotation); }
 };
 
 /// The bodies of a scene and where their unknowns stand: body i is node i of the layout.

@@ -47,6 +47,8 @@ class Effect {
   [[nodiscard]] virtual std::string objection(const State& /*start*/, const State& /*state*/) const { return {}; }
   /// The step is accepted: history moves on.
   virtual void commit(const State& /*state*/) {}
+  /// Passes through all that goes from one increment to the next, as it is after `commit`.
+  virtual void keep(Archive& /*archive*/) {}
   /// Looks whether the equilibrium `state` is as accurate as it must be, and where it is not makes itself stiffer.
   /// Returns true where equilibrium has to be found again. `elastic_energy`: what the fibers store.
   [[nodiscard]] virtual bool stiffen(const State& /*state*/, double /*elastic_energy*/) { return false; }

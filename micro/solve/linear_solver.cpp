@@ -37,6 +37,12 @@ void LinearSolver::set_pattern(const Pattern& pattern) {
   part_start_.push_back(pattern.n_nodes());
 }
 
+void LinearSolver::forget() {
+  pattern_ = nullptr;
+  elimination_ = {};
+  analyzed_ = has_factor_ = false;
+}
+
 void LinearSolver::analyze() {
   if (analyzed_) return;
   elimination_ = Elimination(layout_, *pattern_);

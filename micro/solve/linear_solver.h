@@ -25,6 +25,10 @@ class LinearSolver {
   /// Factorises in double precision from now on. Returns false if that was the case already.
   bool refine_precision();
 
+  /// The last factor goes, and with it all that does not follow from the next pattern and matrix.
+  void forget();
+  void keep(Archive& archive) { archive(precision_); }
+
   [[nodiscard]] bool has_factor() const { return has_factor_; }
   /// When iterations may end early with what has been found up to there, along which ½ x·K x − b·x falls: never, where a
   /// direction of negative curvature turns up (Steihaug's truncation), or also at the limit of their number.

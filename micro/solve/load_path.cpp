@@ -142,20 +142,24 @@ void commit(const Effects& effects, const State& state) {
 
 }  // namespace
 
+void begin_at(const Effects& effects, const State& state, double to) {
+  begin_step(effects, state, to);
+  for (const auto& effect : effects) effect->update(state);
+}
+
 StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
-                       const StageDriver& driver, Timers& timers, State& state) {
+                       const StageDriver& driver, Timers& timers, StagePosition& position, State& state) {
   const Tools tools{newton, effects, settings, driver, timers};
   const double nominal = 1.0 / settings.n_increments;
-  double time = 0, size = nominal, last_size = nominal;
-  State before = state;  // the accepted state before `state`
-  int n_accepted = 0;
+  auto& [time, next_size, last_size, n_accepted, searches, before] = position;
+  if (n_accepted == 0) position = {0, nominal, nominal, 0, true, state};
+  double size = next_size;
   IncrementReport report;
   Attempt failure;  // the last one since `state`, but a refused equilibrium says more than that smaller increments
                     // found none
   // Slender fibers that bend are stretched by the square of each step: their potential rises at first, and line
   // searches cut such steps down to nothing. Whole steps get through, for what is stretched in one step is taken back
   // in the next, but they do not know uphill from downhill.
-  bool searches = true;
   newton.search_along_steps(searches);
   auto clock = Timers::Clock::now();
   while (time < 1) {
@@ -188,14 +192,15 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     report.unstable = newton.seen_unstable(effects, motion, trial);
     if (report.unstable) tools.log("    this equilibrium is unstable");
     commit(effects, trial);
+    newton.forget();
     ++n_accepted;
     before = std::exchange(state, std::move(trial));
     last_size = to - time;
     time = to;
     report.stage_time = time;
     report.seconds = std::chrono::duration<double>(Timers::Clock::now() - clock).count();
+    next_size = size = report.n_cuts == 0 ? std::min(nominal, 2 * size) : size;
     const bool go_on = driver.accepted(state, report);
-    if (report.n_cuts == 0) size = std::min(nominal, 2 * size);
     report = {};
     failure = {};
     clock = Timers::Clock::now();

@@ -49,6 +49,18 @@ struct StageDriver {
   };  ///< whether an increment that failed is the end; see NewtonSettings
 };
 
+/// How far a stage has come, and what the next step is made from beside the state and what effects keep.
+struct StagePosition {
+  double time = 0;       ///< reached
+  double size = 0;       ///< of the next step; 0: as the settings say
+  double last_size = 0;  ///< of the last step
+  int n_accepted = 0;
+  bool searches = true;  ///< along steps, for where the potential no longer falls
+  State before;          ///< the accepted state before the last one
+
+  void keep(Archive& archive) { archive(time, size, last_size, n_accepted, searches, before); }
+};
+
 struct StageOutcome {
   enum class Status : std::uint8_t { done, interrupted, gave_up } status = Status::done;
   std::string reason;     ///< why it gave up
@@ -57,8 +69,12 @@ struct StageOutcome {
       worst_dof;  ///< where the residual of the last failure is largest; nothing where `reason` says where
 };
 
-/// Runs a stage on `state`, which at the end holds the last accepted one.
+/// Begins a step to stage time `to` at `state`, with what there is to act on at that state.
+void begin_at(const Effects& effects, const State& state, double to);
+
+/// Runs a stage from `position` on, at its start or where it was left, on `state`. At the end both are those of the last
+/// accepted increment; the driver meets them so with each.
 StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
-                       const StageDriver& driver, Timers& timers, State& state);
+                       const StageDriver& driver, Timers& timers, StagePosition& position, State& state);
 
 }  // namespace trame::micro

@@ -48,6 +48,11 @@ bool NewtonSolver::announce(const Effects& effects) {
   return true;
 }
 
+void NewtonSolver::forget() {
+  pattern_ = {};
+  linear_.forget();
+}
+
 void NewtonSolver::assemble(const Effects& effects, const State& state, Assembler::Tangent tangent) {
   const auto guard = timers_.measure(Phase::assembly);
 #pragma omp parallel for num_threads(n_threads_) schedule(static, 1)

@@ -81,6 +81,11 @@ class NewtonSolver {
   void set_reach(const Effects& effects, const State& state);
   /// All vectors take the usual steps.
   void reset_reach();
+  /// Lets go of pattern and factor, so that what comes does not depend on how this point was reached: a run that goes on
+  /// from a saved increment has neither.
+  void forget();
+  /// Passes through what is left then.
+  void keep(Archive& archive) { archive(linear_); }
 
   /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`,
   /// to `slack` times the tolerance of the settings, or stops at the travel cap. `log` (may be empty) gets a line per

@@ -48,6 +48,8 @@ class Proximal final : public Effect {
   }
   void commit(const State& state) override { dissipated_ += 2 * energy(state); }
 
+  void keep(Archive& archive) override { archive(dissipated_); }
+
   [[nodiscard]] double eta() const { return eta_; }
   [[nodiscard]] double dissipated() const { return dissipated_; }
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "micro/core/types.h"
+#include "micro/core/archive.h"
 
 namespace trame::micro {
 
@@ -44,6 +44,8 @@ class Layout {
 struct State {
   std::vector<Vec3> q;          ///< n_vectors; meaningless at rotation vectors
   std::vector<Mat3> rotations;  ///< of the rigid bodies
+
+  void keep(Archive& archive) { archive(q, rotations); }
 };
 
 /// Rotation matrix of a rotation vector (Rodrigues).

@@ -186,6 +186,11 @@ void CrossingOrder::commit(const State&) {
   }
 }
 
+void CrossingOrder::keep(Archive& archive) {
+  archive(penalty_scale_, depth_n_, force_n_, work_);
+  archive.require(penalty_scale_.size() == crossings_.size(), "crossings of another weave");
+}
+
 std::vector<ContactHistory> CrossingOrder::history() const {
   std::vector<ContactHistory> history;
   for (std::size_t i = 0; i < crossings_.size(); ++i)

@@ -31,6 +31,7 @@ class CrossingOrder final : public Effect {
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   void commit(const State& state) override;
+  void keep(Archive& archive) override;
   /// A pair of fibers at a crossing, a in the upper yarn.
   struct Element {
     Foot a, b;  ///< where their plan views cross at the state last followed

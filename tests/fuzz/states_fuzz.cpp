@@ -23,64 +23,16 @@ namespace {
 using namespace trame;
 using namespace trame::micro;
 
-/// Two fibers that cross and touch, pressed together in one stage; a second one is to follow.
-const std::string scene_text = R"(
-[material.m]
-model = "isotropic"
-young_modulus = "3 GPa"
-poisson_ratio = 0.3
-[fiber_type.f]
-material = "m"
-diameter = "20 um"
-model = "rod"
-[[fiber]]
-name = "a"
-fiber_type = "f"
-points = [["-100 um", "0 um", "0 um"], ["100 um", "0 um", "0 um"]]
-elements = 4
-[[fiber]]
-name = "b"
-fiber_type = "f"
-points = [["0 um", "-100 um", "19.9 um"], ["0 um", "100 um", "19.9 um"]]
-elements = 4
-[[body]]
-name = "left"
-position = ["-100 um", "0 um", "0 um"]
-[[body.tie]]
-fibers = "a"
-end = "start"
-[[body]]
-name = "right"
-position = ["100 um", "0 um", "0 um"]
-[[body.tie]]
-fibers = "a"
-end = "end"
-[[body]]
-name = "front"
-position = ["0 um", "-100 um", "19.9 um"]
-[[body.tie]]
-fibers = "b"
-end = "start"
-[[body]]
-name = "back"
-position = ["0 um", "100 um", "19.9 um"]
-[[body.tie]]
-fibers = "b"
-end = "end"
-[[stage]]
-name = "press"
-increments = 1
-[[stage.drive]]
-bodies = ["front", "back"]
-dof = "z"
-displacement = "-1 um"
-[[stage]]
-name = "hold"
-increments = 1
-)";
+/// Two fibers that cross, pressed together in one short stage; a second one is to follow.
+Scene two_stages() {
+  Scene scene = read_scene(std::filesystem::path(TRAME_DATA_DIR) / "scenes/two_crossing_fibers.toml");
+  scene.stages[0].n_increments = 2;
+  scene.stages.emplace_back().name = "hold";
+  return scene;
+}
 
 struct Good {
-  Scene scene = parse_scene(scene_text, "fuzz.toml");
+  Scene scene = two_stages();
   Scales scales = natural_scales(scene);
   Scene natural = nondimensional(scene, scales);
   Assembly assembly = assemble_scene(natural);
@@ -135,12 +87,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const SnapshotReader states(good.damaged);
     for (Index i = 0; i < std::min<Index>(states.n_increments(), 10); ++i) (void)states.read(i);
-    const Restart restart = restart_after("press", states, good.natural, good.assembly, good.scales);
+    const Restart restart = restart_after("push", states, good.natural, good.assembly, good.scales);
     const StageModel model(good.natural, good.assembly, good.natural.stages[1], restart.carried);
-    for (const auto& effect : model.effects) {
-      effect->begin_step(model.start, 1);
-      effect->update(model.start);
-    }
+    begin_at(model.effects, model.start, 1);
   } catch (const InputError&) {  // what is meant
   }
   return 0;

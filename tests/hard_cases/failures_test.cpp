@@ -76,7 +76,8 @@ StageRun run_with(Spoils what, double from) {
     return true;
   };
   run.end = model.start;
-  run.outcome = run_stage(newton, model.effects, path, driver, timers, run.end);
+  StagePosition position;
+  run.outcome = run_stage(newton, model.effects, path, driver, timers, position, run.end);
   return run;
 }
 

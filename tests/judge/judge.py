@@ -29,8 +29,7 @@ def verdict(file, increment=-1):
         return found
     found["contacts"], found["deep"] = checks.contacts_complete(state)
     found["friction"] = checks.friction_law(state)
-    is_at_rest = state.proximal == 0 and not state.settings.get("separate_yarns", False)
-    if not is_at_rest:
+    if not checks.is_at_rest(state):
         found["deep"] = []  # fibers that are on their way may still lie in each other
     else:
         found["groups"] = checks.group_balance(state)

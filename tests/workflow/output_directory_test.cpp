@@ -14,20 +14,20 @@ using test::TemporaryFolder;
 
 TEST(OutputDirectory, IsCreatedWithItsParents) {
   const TemporaryFolder folder;
-  const OutputDirectory out(folder / "results/plain", false);
+  const OutputDirectory out(folder / "results/plain", OutputDirectory::Earlier::refused);
   EXPECT_TRUE(fs::is_directory(folder / "results/plain"));
   EXPECT_EQ(out.states(), folder / "results/plain/states.h5");
 }
 
 TEST(OutputDirectory, MayExistWhereItIsEmpty) {
   const TemporaryFolder folder;
-  EXPECT_NO_THROW(OutputDirectory(folder.path(), false));
+  EXPECT_NO_THROW(OutputDirectory(folder.path(), OutputDirectory::Earlier::refused));
 }
 
 TEST(OutputDirectory, IsRefusedWhereItHoldsAnything) {
   const TemporaryFolder folder;
   test::write_text(folder / "notes.txt", "mine");
-  EXPECT_THROW(OutputDirectory(folder.path(), false), InputError);
+  EXPECT_THROW(OutputDirectory(folder.path(), OutputDirectory::Earlier::refused), InputError);
   EXPECT_EQ(test::read_text(folder / "notes.txt"), "mine");
 }
 
@@ -41,7 +41,7 @@ TEST(OutputDirectory, OverwritesOnlyWhatARunWrites) {
                        "vtk/fibers_best.vtp", "yarns/states.h5", "fibers.pvd"};
   for (const char* file : ours) test::write_text(folder / file, "old");
   for (const char* file : theirs) test::write_text(folder / file, "mine");
-  const OutputDirectory out(folder.path(), true);
+  const OutputDirectory out(folder.path(), OutputDirectory::Earlier::removed);
   for (const char* file : ours) EXPECT_FALSE(fs::exists(folder / file)) << file;
   for (const char* file : theirs) EXPECT_EQ(test::read_text(folder / file), "mine") << file;
 }
@@ -49,8 +49,8 @@ TEST(OutputDirectory, OverwritesOnlyWhatARunWrites) {
 TEST(OutputDirectory, IsRefusedWhereItIsAFileOrBelowOne) {
   const TemporaryFolder folder;
   test::write_text(folder / "file", "mine");
-  EXPECT_THROW(OutputDirectory(folder / "file", true), InputError);
-  EXPECT_THROW(OutputDirectory(folder / "file/results", true), InputError);
+  EXPECT_THROW(OutputDirectory(folder / "file", OutputDirectory::Earlier::removed), InputError);
+  EXPECT_THROW(OutputDirectory(folder / "file/results", OutputDirectory::Earlier::removed), InputError);
   EXPECT_EQ(test::read_text(folder / "file"), "mine");
 }
 

@@ -132,7 +132,7 @@ TEST(CurvesPlot, HoldsTheRowsOfItsStageAlone) {
 TEST(CurvesPlot, TakesNoTextOfAUserIntoItsScript) {
   if (trame::test::run(".", {"gnuplot", "--version"}).exit_code != 0) GTEST_SKIP() << "gnuplot is not installed";
   const trame::test::TemporaryFolder folder;
-  const OutputDirectory out(folder / "out", false);
+  const OutputDirectory out(folder / "out", OutputDirectory::Earlier::refused);
   for (const std::string attack : {"x\n!touch pwned\n#", "x'\n!touch pwned\n'", "x\"\n!touch pwned\n", "`touch pwned`",
                                    "'.system('touch pwned').'", "\".system(\"touch pwned\").\"", "x\\",
                                    "@pwned $0 {/x ^2}", "x\r!touch pwned\r", "EOD\n!touch pwned\n$curve << EOD\n"}) {
