@@ -262,7 +262,7 @@ bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
 void NewtonSolver::adapt_trust(double size, double alpha) {
   if (alpha < 0.7)
     trust_radius_ = std::clamp(alpha * size, settings_.step_cap / 64, settings_.step_cap);
-  else if (alpha == 1)
+  else if (alpha >= 1)
     trust_radius_ = std::min(2 * trust_radius_, settings_.step_cap);
   if (size >= 0.7 * trust_radius_) return;
   const double kept = size < 0.1 * trust_radius_ ? 0 : 0.25;
@@ -325,18 +325,27 @@ double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
   return sum;
 }
 
-/// Shortens a step along which the potential has turned upward steeply: regula falsi on its slope between the longest
-/// step known to be downhill and the shortest known to be too long, at most six trials.
-double NewtonSolver::line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
-                                 const PrescribedMotion& prescribed) {
+/// The length of a step at which the slope of the potential along it has nearly vanished. Where it has turned upward
+/// steeply at `alpha`: regula falsi on the slope between the longest step known to be downhill and the shortest known to be
+/// too long, at most six trials. Where the potential falls ever more steeply, which says nothing of how far: doubled as
+/// long as it goes on falling, up to `longest`.
+double NewtonSolver::line_search(const Effects& effects, const State& state, double alpha, double longest,
+                                 double slope_at_zero, const PrescribedMotion& prescribed) {
   const double accepted = 0.8 * std::abs(slope_at_zero);
-  double low = 0, low_slope = slope_at_zero, high = alpha;
-  for (int trial = 0; trial < 6; ++trial) {
-    retract(layout_, state, step_, alpha, trial_);
+  const auto slope_at = [&](double length) {
+    retract(layout_, state, step_, length, trial_);
     follow(effects, trial_, Effect::Follow::trial);
     assemble(effects, trial_, Assembler::Tangent::none);
-    const double s = slope(prescribed);
-    if (std::abs(s) <= accepted || (trial == 0 && s < 0)) return alpha;
+    return slope(prescribed);
+  };
+  double low = 0, low_slope = slope_at_zero, high = alpha;
+  for (int trial = 0; trial < 6; ++trial) {
+    const double s = slope_at(alpha);
+    if (trial == 0 && s < 0) {
+      while (s < slope_at_zero && 2 * alpha <= longest && slope_at(2 * alpha) < 0) alpha *= 2;
+      return alpha;
+    }
+    if (std::abs(s) <= accepted) return alpha;
     if (s < 0) {
       low = alpha;
       low_slope = s;
@@ -413,8 +422,9 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     double alpha = step.size > cap ? cap / step.size : 1.0;
     if (alpha < 1) ++n_capped_;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
-    if (remaining == 0 && searches_) alpha = line_search(effects, state, alpha, slope(prescribed), prescribed);
-    last_taken_whole = alpha == 1;
+    if (remaining == 0 && searches_) 
+      alpha = line_search(effects, state, alpha, cap / step.size, slope(prescribed), prescribed);
+    last_taken_whole = alpha >= 1;
     if (settings_.damps_soft_modes) adapt_trust(step.size, alpha);
     if (log)
       log(fmt::format(
@@ -422,7 +432,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
           step.size, step.vector, alpha, outcome.n_factorizations, outcome.n_linear_iterations));
     retract(layout_, state, step_, alpha, trial_);
     std::swap(state, trial_);
-    remaining = alpha == 1.0 ? 0.0 : remaining * (1 - alpha);
+    remaining = alpha >= 1 ? 0.0 : remaining * (1 - alpha);
     if (remaining < 1e-12) remaining = 0;
     // A force that jumps holds up line searches: contacts have come or gone, which is looked for anew.
     constexpr double next_to_nothing = 0.02;

@@ -127,8 +127,8 @@ class NewtonSolver {
   void adapt_trust(double size, double alpha);
   void adapt_cap(double residual_norm);
   void add_to_diagonal(Index vector, double stiffness);
-  [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double slope_at_zero,
-                                   const PrescribedMotion& prescribed);
+  [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double longest,
+                                   double slope_at_zero, const PrescribedMotion& prescribed);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
   struct Largest {
     double size = 0;
