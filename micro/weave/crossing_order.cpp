@@ -124,40 +124,21 @@ void CrossingOrder::announce(Pattern::Builder& builder) const {
   for (const Element& e : elements_) e.covered.announce(field_, e.a.fiber, e.b.fiber, builder);
 }
 
-/// With c = r_a − r_b, whose plan view is zero, the gap is g = c·z − offset, and with m normal to both tangents, m·z =
-/// 1,
-///   δg = m·δc,   δ²g = 2 m·(δr_a' δs_a − δr_b' δs_b) + m·r_a'' δs_a² − m·r_b'' δs_b²,
-/// where the feet slide by δs_a = δc·(z × r_b')/D, δs_b = δc·(z × r_a')/D, D = z·(r_a' × r_b').
+/// Forces are vertical, at crossings that go with the fibers. That has no potential where fibers are inclined; the tangent is
+/// that of crossings that stand.
 void CrossingOrder::add(const State&, Assembler& assembler) const {
   for (const Element& e : elements_) {
     const double f = penalty_force(e.gap, e.penalty, p_reg_);
     if (f <= 0) continue;
     const LocalForms local(field_, e.a, e.b);
     if (!local.touches(assembler)) continue;
-    const Vec3 z = Vec3::UnitZ(), normal = e.at_a.tangent.cross(e.at_b.tangent), m = normal / normal.z();
-    const auto form_of_c = [&](const Vec3& direction) {
-      LocalForms::Form form = local.zero();
-      local.add_position(form, 0, direction);
-      local.add_position(form, 1, -direction);
-      return form;
-    };
-    const LocalForms::Form gradient = form_of_c(m);
+    LocalForms::Form gradient = local.zero();
+    local.add_position(gradient, 0, Vec3::UnitZ());
+    local.add_position(gradient, 1, -Vec3::UnitZ());
     local.scatter_force(-f * gradient, assembler);
     if (!assembler.wants_tangent()) continue;
     LocalForms::Matrix k = LocalForms::Matrix::Zero(local.size(), local.size());
-    auto lower = k.selfadjointView<Eigen::Lower>();
-    lower.rankUpdate(gradient, penalty_stiffness(e.gap, e.penalty, p_reg_));
-    if (assembler.tangent() == Assembler::Tangent::exact) {
-      const std::array<LocalForms::Form, 2> slide = {form_of_c(z.cross(e.at_b.tangent) / normal.z()),
-                                                     form_of_c(z.cross(e.at_a.tangent) / normal.z())};
-      const std::array<double, 2> sign = {1, -1}, bent = {m.dot(e.at_a.curvature), -m.dot(e.at_b.curvature)};
-      for (int side = 0; side < 2; ++side) {
-        LocalForms::Form turn = local.zero();
-        local.add_tangent(turn, side, sign[side] * m);
-        lower.rankUpdate(turn, slide[side], -f);
-        lower.rankUpdate(slide[side], -f * bent[side]);
-      }
-    }
+    k.selfadjointView<Eigen::Lower>().rankUpdate(gradient, penalty_stiffness(e.gap, e.penalty, p_reg_));
     local.scatter_tangent(k, assembler);
   }
 }

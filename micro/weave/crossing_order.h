@@ -1,8 +1,8 @@
 #pragma once
 /// \file
 /// Separation of interpenetrating yarns: at each crossing of a warp and a weft yarn all pairs of fibers obey
-/// z_a − z_b ≥ d where their plan views cross, a in the upper yarn, whatever their depth, while d rises from −(height
-/// of the flat yarns) to R_a + R_b. As the places of the crossings go with the fibers, forces stand normal to both.
+/// z_a − z_b ≥ d where their plan views cross, a in the upper yarn, whatever their depth, with vertical forces, while d rises
+/// from −(height of the flat yarns) to R_a + R_b.
 
 #include <optional>
 
