@@ -103,6 +103,9 @@ struct ContactElement {
   double length = 0;            ///< length of fiber that the element stands for
   double penalty = 0;           ///< k, force over length
   double penalty_scale = 1;     ///< adapted factor that `penalty` includes
+  /// Part of the penalty that acts. Two lowest points to either side of a joint of an enriched fiber are one contact: they
+  /// share it by how far they are from the joint, so that one comes and goes with nothing.
+  double share = 1;
   double allowance = 0;         ///< see ContactHistory; `offset` includes what is still granted of it
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
@@ -118,11 +121,13 @@ struct ContactElement {
     return b.evaluate(layout, state) - a.evaluate(layout, state);
   }
 
-  [[nodiscard]] double force(double p_reg) const { return penalty_force(gap() - preload, penalty, p_reg); }
-  [[nodiscard]] double stiffness(double p_reg) const { return penalty_stiffness(gap() - preload, penalty, p_reg); }
+  [[nodiscard]] double force(double p_reg) const { return share * penalty_force(gap() - preload, penalty, p_reg); }
+  [[nodiscard]] double stiffness(double p_reg) const {
+    return share * penalty_stiffness(gap() - preload, penalty, p_reg);
+  }
   /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
   [[nodiscard]] double energy(double p_reg) const {
-    return penalty_energy(gap() - preload, penalty, p_reg) - penalty_energy(-preload, penalty, p_reg);
+    return share * (penalty_energy(gap() - preload, penalty, p_reg) - penalty_energy(-preload, penalty, p_reg));
   }
 };
 
