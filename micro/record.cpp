@@ -39,9 +39,11 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.friction_force.push_back(rubs ? Vec3(-friction(stick_slip[i], b - a).force * scales.force())
                                          : Vec3::Zero());
     record.slip.push_back(rubs ? Vec3(stick_slip[i].tangential(b - a - stick_slip[i].x_start) * scales.length) : Vec3::Zero());
-    record.penalty.push_back(e.penalty * scales.force() / scales.length);
+    record.penalty.push_back(e.penalty * e.next_scale / e.penalty_scale * scales.force() / scales.length);
     record.length.push_back(e.length * scales.length);
-    record.preload.push_back(e.preload * scales.length);
+    record.preload.push_back(e.next_preload * scales.length);
+    record.point.push_back(e.crossing ? 1 : 0);
+    record.stuck.push_back(e.stuck ? 1 : 0);
   }
   return record;
 }
@@ -98,13 +100,39 @@ double external_work(const StageModel& model, const State& from, const State& to
   return work;
 }
 
-double stored_energy(const StageModel& model, const State& state) {
-  double sum = 0;
-  for (const auto& effect : model.effects)
-    if (effect.get() != model.proximal && effect.get() != model.contact && effect.get() != model.loads)
-      sum += effect->energy(state);
-  if (model.contact) sum += model.contact->stored_energy(state);
+std::vector<double> gradient(const StageModel& model, const State& state) {
+  std::vector<double> force(model.layout.n_dofs(), 0.0), magnitude(model.layout.n_vectors(), 0.0);
+  Assembler assembler(model.layout, nullptr, 0, model.layout.n_nodes(), force.data(), magnitude.data(), nullptr,
+                      Assembler::Tangent::none);
+  for (const auto& effect : model.effects) {
+    (void)effect->follow(state, Effect::Follow::renewal);
+    effect->add(state, assembler);
+  }
+  return force;
+}
+
+Ledger energy_books(const StageModel& model, const State& state) {
+  Ledger sum;
+  for (const auto& effect : model.effects) sum += effect->ledger(state);
   return sum;
+}
+
+EnergyRecord dimensional(const Ledger& ledger, const Scales& scales) {
+  const double unit = scales.energy();
+  EnergyRecord energy{ledger.total_supplied() * unit, ledger.stored * unit,      ledger[Sink::friction] * unit,
+                      ledger[Sink::damping] * unit,   ledger.imbalance() * unit, ledger[Sink::release] * unit};
+  for (std::size_t s = 0; s < energy.work.size(); ++s) energy.work[s] = ledger.supplied[s] * unit;
+  return energy;
+}
+
+Ledger natural(const EnergyRecord& energy, const Scales& scales) {
+  const double unit = scales.energy();
+  Ledger ledger{.stored = energy.stored / unit,
+                .dissipated = {energy.friction / unit, energy.damping / unit, energy.release / unit}};
+  for (std::size_t s = 0; s < energy.work.size(); ++s) ledger.supplied[s] = energy.work[s] / unit;
+  // Older files do not say where it came from.
+  ledger[Source::bodies] += energy.external_work / unit - ledger.total_supplied();
+  return ledger;
 }
 
 }  // namespace trame::micro

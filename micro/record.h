@@ -19,7 +19,11 @@ namespace trame::micro {
                                    const std::vector<double>& forces_from, const std::vector<double>& forces_to);
 /// Force with which each body pulls at its fibers and followers, 6 per body.
 [[nodiscard]] std::vector<double> body_forces(const StageModel& model, const State& state);
-/// Energy stored in fibers, contact, friction's reversible part and ties.
-[[nodiscard]] double stored_energy(const StageModel& model, const State& state);
+/// Gradient of the potential of all effects at a state, which they follow there.
+[[nodiscard]] std::vector<double> gradient(const StageModel& model, const State& state);
+/// The energy books of a stage: the sum over its effects.
+[[nodiscard]] Ledger energy_books(const StageModel& model, const State& state);
+[[nodiscard]] EnergyRecord dimensional(const Ledger& ledger, const Scales& scales);
+[[nodiscard]] Ledger natural(const EnergyRecord& energy, const Scales& scales);
 
 }  // namespace trame::micro

@@ -156,6 +156,8 @@ std::vector<ContactHistory> contact_history(const ContactRecord& record, const S
     h.touches = record.gap[i] < 0;
     h.length = record.length[i] / scales.length;
     h.preload = record.preload.empty() ? 0 : record.preload[i] / scales.length;
+    h.point = !record.point.empty() && record.point[i] != 0;
+    h.stuck = !record.stuck.empty() && record.stuck[i] != 0;
   }
   return history;
 }
@@ -213,7 +215,7 @@ void require_same_scene(const SnapshotHeader& header, const Scene& scene, const 
 }  // namespace
 
 std::string program_of_milestones() {
-  constexpr int format = 1;  // of what is kept; to be raised where that changes
+  constexpr int format = 2;  // of what is kept; to be raised where that changes
   return fmt::format("Trame {}, format {}", TRAME_VERSION, format);
 }
 

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include "micro/contact/fiber_ends.h"
 #include "micro/core/archive.h"
@@ -153,6 +156,15 @@ std::vector<double> units_of_motion(const StageModel& model, double smallest_rad
   return units;
 }
 
+State halfway(const State& from, const State& to) {
+  State middle = from;
+  for (std::size_t v = 0; v < from.q.size(); ++v) middle.q[v] = 0.5 * (from.q[v] + to.q[v]);
+  for (std::size_t i = 0; i < from.rotations.size(); ++i)
+    middle.rotations[i] =
+        Eigen::Quaterniond(from.rotations[i]).slerp(0.5, Eigen::Quaterniond(to.rotations[i])).toRotationMatrix();
+  return middle;
+}
+
 /// Tolerances of increments that end on the way, held back by a proximal term, over those of equilibria.
 constexpr double slack_on_the_way = 1e3;
 
@@ -161,9 +173,8 @@ struct StageProgress {
   StagePosition position;
   State state;
   std::vector<double> body_forces;  // at `state`
-  double work = 0;                  // of the bodies, in this stage
 
-  void keep(Archive& archive) { archive(position, state, body_forces, work); }
+  void keep(Archive& archive) { archive(position, state, body_forces); }
 };
 
 /// A run in progress: what passes from increment to increment and from stage to stage.
@@ -244,10 +255,7 @@ class Run {
   /// Strains between the flat start and any later state shall be had from this run's states alone.
   void save_start(const Restart& restart) {
     writer_->append(restart.reference);
-    const EnergyRecord& energy = restart.state.solver.energy;
-    const double unit = scales_.energy();
-    energy_before_ = {energy.external_work / unit, 0, energy.friction / unit, energy.damping / unit, 0};
-    energy_.stored = energy.stored / unit;
+    books_ = natural(restart.state.solver.energy, scales_);
     remember();
     append(restart.state);
   }
@@ -299,7 +307,7 @@ class Run {
   /// Passes through what the run carries beside the stage under way.
   void keep(Archive& archive) {
     std::uint64_t first_stage = first_stage_;
-    archive(first_stage, energy_, energy_before_, gauge_, carried_, summary_, first_unstable_, last_point_, last_solver_);
+    archive(first_stage, books_, books_before_, gauge_, carried_, summary_, first_unstable_, last_point_, last_solver_);
     first_stage_ = first_stage;
   }
   /// Passes through the stage under way.
@@ -391,8 +399,7 @@ class Run {
     const bool resumes = resumption_ && resumption_->at.within;
     if (!resumes) place_leaders(assembly_, stage, carried_.poses);
     StageModel model(scene_, assembly_, stage, carried_);
-    carried_.contact_history.clear();  // the model's from here on
-    carried_.contact_tractions.clear();
+    if (resumes) forget_contacts();
     if (!resumes) gauge_.begin_stage(model);
     if (options_.log) options_.log(fmt::format("stage {}: {} dofs", stage.name, model.layout.n_dofs()));
 
@@ -412,10 +419,10 @@ class Run {
     path.min_increment = scene_.solver.min_increment;
     path.may_take_whole_steps = !model.contact;
     path.prediction_cap = newton_settings.step_cap * smallest_radius;
-    if (!resumes) energy_before_.external_work += switching_work(model);
     NewtonSolver newton(model.layout, newton_settings, summary_.n_threads, summary_.timers);
-    StageProgress at = resumes ? stage_progress(model, newton)
-                               : StageProgress{{}, model.start, carried_.body_forces, 0};
+    if (!resumes) begin_books(model);
+    StageProgress at =
+        resumes ? stage_progress(model, newton) : StageProgress{{}, model.start, body_forces(model, model.start)};
     if (resumes) go_on_in_stage(model, at);
     State& state = at.state;
     State before = state;
@@ -427,19 +434,19 @@ class Run {
     driver.motion = [&](const State& s, double from, double to) { return model.motion(s, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       const std::vector<double> forces_now = body_forces(model, accepted);
-      at.work += external_work(model, before, accepted, at.body_forces, forces_now);
-      energy_.external_work = energy_before_.external_work + at.work +
-                              (model.crossing_order ? model.crossing_order->work() : 0) +
-                              (model.contact ? model.contact->limit_work() + model.contact->adaptation_work() : 0);
+      books_before_[Source::bodies] += external_work(model, before, accepted, at.body_forces, forces_now);
+      if (at.position.n_accepted == 1) {
+        books_before_[Sink::release] += released(stage, accepted, report.stage_time);
+        forget_contacts();
+      }
+      books_ = books_before_;
+      books_ += energy_books(model, accepted);
       at.body_forces = forces_now;
       before = accepted;
       return record(model, accepted, report, stage, index, [&] { remember(model, newton, at, index); });
     };
     const StageOutcome outcome = run_stage(newton, model.effects, path, driver, summary_.timers, at.position, state);
 
-    energy_before_.external_work = energy_.external_work;
-    energy_before_.friction += model.contact ? model.contact->dissipated() : 0;
-    energy_before_.damping += model.proximal ? model.proximal->dissipated() : 0;
     model.field.write_configuration(state, carried_.configuration);
     for (Index b = 0; b < model.bodies.n_bodies(); ++b) carried_.poses[b] = model.bodies.pose(state, b);
     carried_.body_forces = body_forces(model, state);
@@ -477,10 +484,38 @@ class Run {
     resumption_.reset();
   }
 
-  /// Stored energy that comes and goes with the effects and fiber models of a stage, before anything moves.
-  [[nodiscard]] double switching_work(StageModel& model) const {
+  /// They are the model's, once its stage is under way.
+  void forget_contacts() {
+    carried_.contact_history.clear();
+    carried_.contact_tractions.clear();
+  }
+
+  /// Books the stored energy that comes and goes with the effects and fiber models of a stage, before anything moves.
+  void begin_books(const StageModel& model) {
     begin_at(model.effects, model.start, 0);
-    return stored_energy(model, model.start) - energy_.stored;
+    books_before_ = books_;
+    books_before_.stored = 0;
+    books_before_[Source::stages] += energy_books(model, model.start).stored - books_.stored;
+  }
+
+  /// Energy that fibers lose on the way to `first`, the first increment of a stage, which finds them out of balance:
+  /// the work of what nothing holds on the way, by Simpson's rule, on a model of the stage as it begins. (What that
+  /// lacks at the end, preloads that were raised on the way, has risen linearly.) Forces on bodies are part of what the
+  /// bodies' work is counted with, but for followers.
+  [[nodiscard]] double released(const Stage& stage, const State& first, double stage_time) const {
+    const StageModel model(scene_, assembly_, stage, carried_);
+    const State& start = model.start;
+    std::vector<double> motion(model.layout.n_dofs(), 0.0);
+    for (std::size_t d = 0; d < motion.size(); ++d)
+      if (d >= model.drives.size() || model.drives[d].kind == DofDrive::Kind::follow)
+        motion[d] = first.q[d / 3][static_cast<Index>(d % 3)] - start.q[d / 3][static_cast<Index>(d % 3)];
+    const auto force_along = [&](const State& state, double at) {
+      begin_at(model.effects, start, at);
+      const std::vector<double> force = gradient(model, state);
+      return std::inner_product(motion.begin(), motion.end(), force.begin(), 0.0);
+    };
+    const double at_start = force_along(start, 0), at_end = force_along(first, stage_time);
+    return -(at_start + 4 * force_along(halfway(start, first), 0.5 * stage_time) - 2 * at_end) / 6;
   }
 
   /// Saves an accepted increment and tells the watcher; returns whether to go on. `remember`: see there.
@@ -499,13 +534,7 @@ class Run {
     solver.unstable = report.unstable ? 1 : 0;
     if (report.unstable && ++summary_.n_unstable_increments == 1)
       first_unstable_ = fmt::format("in stage {} at stage time {:.4f}", stage.name, report.stage_time);
-    energy_.stored = stored_energy(model, state);
-    energy_.friction = energy_before_.friction + (model.contact ? model.contact->dissipated() : 0);
-    energy_.damping = energy_before_.damping + (model.proximal ? model.proximal->dissipated() : 0);
-    energy_.imbalance = energy_.external_work - energy_.stored - energy_.friction - energy_.damping;
-    const double unit = scales_.energy();
-    solver.energy = {energy_.external_work * unit, energy_.stored * unit, energy_.friction * unit,
-                     energy_.damping * unit, energy_.imbalance * unit};
+    solver.energy = dimensional(books_, scales_);
 
     const auto n_contacts = static_cast<Index>((model.contact ? model.contact->elements().size() : 0) +
                                                (model.crossing_order ? model.crossing_order->elements().size() : 0));
@@ -577,7 +606,8 @@ class Run {
   std::unique_ptr<SnapshotWriter> writer_;
   bool states_are_in_place_ = false;
   std::string continuation_;  // of the last accepted increment
-  EnergyRecord energy_, energy_before_;  // natural units; dissipation of finished stages
+  // Energies since the start of the run, natural units; and without what the effects of the current stage know.
+  Ledger books_, books_before_;
   // The last accepted increment, and how many increments ago one was saved.
   CurvePoint last_point_;
   SolverRecord last_solver_;

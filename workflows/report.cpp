@@ -53,6 +53,8 @@ std::string status_text(micro::SimulationSummary::Status status) {
 nlohmann::json summary_json(const std::string& scene, std::optional<double> alpha,
                             const micro::SimulationSummary& summary) {
   const micro::EnergyRecord& energy = summary.energy;
+  nlohmann::json work;
+  for (std::size_t s = 0; s < energy.work.size(); ++s) work[std::string(micro::source_names[s])] = energy.work[s];
   return {
       {"version", TRAME_VERSION},
       {"scene", scene},
@@ -77,7 +79,9 @@ nlohmann::json summary_json(const std::string& scene, std::optional<double> alph
         {"stored", energy.stored},
         {"friction", energy.friction},
         {"damping", energy.damping},
-        {"imbalance", energy.imbalance}}},
+        {"release", energy.release},
+        {"imbalance", energy.imbalance},
+        {"work", work}}},
       {"n_unstable_increments", summary.n_unstable_increments},
       {"n_buried_ends", summary.n_buried_ends},
       {"warnings", summary.warnings},

@@ -7,6 +7,7 @@
 /// enriched fiber join, the tangent jumps, and a foot may rest there without c being normal to either.
 
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include "micro/fiber/fiber_field.h"
@@ -18,6 +19,13 @@ struct Foot {
   Index fiber = 0;
   double s = 0;
   Index element = 0;
+
+  void keep(Archive& archive) { archive(fiber, s, element); }
+  /// Whether there is such a place.
+  [[nodiscard]] bool is_on(const FiberMesh& mesh) const {
+    return fiber >= 0 && fiber < mesh.n_fibers() && element >= 0 && element < mesh.n_elements(fiber) &&
+           std::isfinite(s);
+  }
 };
 
 /// A chord and how its feet are free to slide along their fibers when the fibers move: directions (δs_a, δs_b) along

@@ -22,13 +22,13 @@ ContactHistory remember(const ContactElement& e, Index traction) {
   h.s_b = e.s_b;
   h.normal = e.normal;
   h.traction = traction;
-  h.penalty_scale = e.penalty_scale;
+  h.penalty_scale = e.next_scale;
   h.touches = e.gap() < 0;
   h.allowance = e.allowance;
   h.length = e.length;
   h.point = e.crossing;
   // What the multiplier is worth once the penetration is gone; where the fibers have parted, nothing.
-  h.preload = e.preload > 0 && e.gap() < e.preload ? e.preload : 0;
+  h.preload = e.next_preload;
   h.stuck = e.stuck;
   return h;
 }
@@ -56,8 +56,8 @@ const ContactElement* same_place(const std::vector<const ContactElement*>& befor
   });
   const ContactElement* best = nullptr;
   double least = near;
-  for (; e != before.end() && (*e)->fiber_a == p.fiber_a() && (*e)->fiber_b == p.fiber_b() &&
-         (*e)->s_a < p.s_a() + near;
+  for (;
+       e != before.end() && (*e)->fiber_a == p.fiber_a() && (*e)->fiber_b == p.fiber_b() && (*e)->s_a < p.s_a() + near;
        ++e) {
     const double distance = 0.5 * (std::abs((*e)->s_a - p.s_a()) + std::abs((*e)->s_b - p.s_b()));
     if ((*e)->crossing == p.point && distance < least) {
@@ -82,8 +82,10 @@ double Contact::regularisation(const ContactElement& e) const {
 
 void Contact::begin_step(const State& start, double stage_time) {
   constexpr double faded_at = 0.75;
-  if (law_.friction) start_ = start;
+  start_ = start;
   fading_ = std::max(0.0, 1 - stage_time / faded_at);
+  // What an attempt that came to nothing has raised is not kept.
+  for (ContactElement& e : elements_) e.penetration_before = 0;
 }
 
 void Contact::forgive(const State& start) {
@@ -99,6 +101,9 @@ void Contact::forgive(const State& start) {
   }
   history_ = std::move(history);
   known_.clear();
+  elements_.clear();
+  stick_slip_.clear();
+  slip_energy_n_.reset();
   fading_n_ = 1;
   note_loaded_particles();
 }
@@ -196,6 +201,10 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   }
   e.offset -= fading_ * e.allowance;
   set_penalty(e, known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
+  e.penalty_at_start = e.penalty;
+  e.preload_at_start = e.preload;
+  e.next_scale = e.penalty_scale;
+  e.next_preload = e.preload;
   measure(field_, state, e);
   place_particles(field_, e);
   (void)e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b);
@@ -245,7 +254,8 @@ void Contact::update(const State& state, bool keep) {
     found.push_back({p, same});
   }
   for (std::size_t i = 0; i < before.size() && keep; ++i)
-    if (!found_again[i] && before[i].force(regularisation(before[i])) > 0) found.push_back({before[i].pair, &before[i]});
+    if (!found_again[i] && before[i].force(regularisation(before[i])) > 0)
+      found.push_back({before[i].pair, &before[i]});
   if (keep)
     std::stable_sort(found.begin(), found.end(), [](const Found& x, const Found& y) {
       const Proximity &p = x.pair, &q = y.pair;
@@ -264,6 +274,11 @@ void Contact::update(const State& state, bool keep) {
       e.stuck = same->stuck;
       e.penetration_before = same->penetration_before;
       set_penalty(e, same->penalty_scale);
+      e.penalty_at_start = same->penalty_at_start * e.length / same->length;
+      e.preload_at_start = same->preload_at_start;
+      e.work_of_raising = same->work_of_raising;
+      e.force_raised_under = same->force_raised_under;
+      e.raised_from = same->raised_from;
     }
     if (!law_.friction) continue;
     if (keep && found[i].before) {
@@ -275,7 +290,9 @@ void Contact::update(const State& state, bool keep) {
     }
   }
   pair_across_joints();
-  if (!slip_energy_n_) slip_energy_n_ = slip_energy_at_start();
+  if (slip_energy_n_) return;
+  slip_energy_n_ = slip_energy_at_start();
+  elements_n_ = elements_;
 }
 
 /// Points of the same fibers to either side of a joint, near it. Elements are sorted by fibers and arc length of a.
@@ -284,10 +301,9 @@ void Contact::pair_across_joints() {
   const auto look = [&](std::size_t i, std::size_t j, bool on_a) {
     const ContactElement &p = elements_[i], &q = elements_[j];
     const Foot &from = on_a ? p.pair.chord.a : p.pair.chord.b, &to = on_a ? q.pair.chord.a : q.pair.chord.b;
-    const bool others_differ = on_a ? p.pair.chord.b.element != q.pair.chord.b.element
-                                    : p.pair.chord.a.element != q.pair.chord.a.element;
-    if (field_.model(from.fiber) != FiberModel::enriched || others_differ ||
-        std::abs(from.element - to.element) != 1)
+    const bool others_differ =
+        on_a ? p.pair.chord.b.element != q.pair.chord.b.element : p.pair.chord.a.element != q.pair.chord.a.element;
+    if (field_.model(from.fiber) != FiberModel::enriched || others_differ || std::abs(from.element - to.element) != 1)
       return;
     const double h = field_.element_length(from.fiber), joint = h * std::max(from.element, to.element);
     if (std::max(std::abs(from.s - joint), std::abs(to.s - joint)) < near_joint * h)
@@ -405,12 +421,15 @@ double Contact::energy(const State& state) const {
   return sum;
 }
 
-double Contact::stored_energy(const State& state) const { return penalty_energy_at(state) + slip_energy(state); }
+Ledger Contact::ledger(const State& state) const {
+  Ledger ledger = booked_;
+  ledger.stored = penalty_energy_at(state) + slip_energy(state);
+  return ledger;
+}
 
 double Contact::max_penetration_over_radius() const {
   double largest = 0;
-  for (const ContactElement& e : elements_)
-    largest = std::max(largest, -e.gap() / mean_radius(e.fiber_a, e.fiber_b));
+  for (const ContactElement& e : elements_) largest = std::max(largest, -e.gap() / mean_radius(e.fiber_a, e.fiber_b));
   return largest;
 }
 
@@ -443,7 +462,10 @@ bool Contact::stiffen(const State&, double elastic_energy) {
   for (ContactElement& e : elements_) {
     const double p_reg = regularisation(e), f = e.force(p_reg);
     if (f <= 0 || e.stuck) continue;
-    const double p = std::abs(e.gap()), before = e.energy(p_reg);
+    const double p = std::abs(e.gap());
+    e.work_of_raising = e.work_of_all_raising(p_reg);
+    e.force_raised_under = f;
+    e.raised_from = e.law(p_reg);
     if (e.penetration_before > 0 && p > 0.5 * e.penetration_before) {
       // Slow: the fibers resist about as much as the penalty does. Where even a stiff one makes no difference, it is
       // not contact that holds them in each other.
@@ -457,46 +479,100 @@ bool Contact::stiffen(const State&, double elastic_energy) {
     // The force that it has now, at no penetration.
     e.preload = penetration_of_force(f, e.share * e.penalty, p_reg);
     e.penetration_before = std::max(p, 1e-12);
-    adaptation_work_in_step_ += e.energy(p_reg) - before;
     changed = true;
   }
   return changed;
 }
 
+ContactAt Contact::at(const ContactElement& element, const State& state) const {
+  ContactElement e = element;
+  micro::follow(field_, state, e);
+  const PenaltyLaw law = e.law_at_start(regularisation(e));
+  return {law.force(e.gap()), law.energy(e.gap())};
+}
+
+std::vector<double> Contact::book_changes(const State& state) {
+  const std::size_t n = elements_n_.size();
+  std::vector<ContactAt> start(n), end(n);
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < n; ++i) {
+    ContactElement& e = elements_n_[i];
+    const double p_reg = regularisation(e);
+    start[i] = {e.force(p_reg), e.energy(p_reg)};
+    micro::follow(field_, state, e);
+    end[i] = {e.force(p_reg), e.energy(p_reg)};
+  }
+  std::vector<ContactAt> start_of_new(elements_.size()), end_of_new(elements_.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    start_of_new[i] = at(elements_[i], start_);
+    end_of_new[i] = at(elements_[i], state);
+  }
+  const std::vector<const ContactElement*> sorted = in_order(elements_n_);
+  std::vector<double> force_at_start(elements_.size());
+  std::vector<char> went_on(n, 0);
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    const ContactElement& e = elements_[i];
+    const double p_reg = regularisation(e), along = 0.25 * spacing(e.fiber_a, e.fiber_b);
+    const ContactElement* same =
+        same_place(sorted, e.pair, e.crossing ? std::max(mean_radius(e.fiber_a, e.fiber_b), along) : along);
+    booked_[Source::preloads] += e.work_of_all_raising(p_reg);
+    const std::size_t j = same ? same - elements_n_.data() : 0;
+    if (!same || std::exchange(went_on[j], 1) != 0) {
+      force_at_start[i] = start_of_new[i].force;
+      booked_[Source::contacts] += energy_brought(start_of_new[i], end_of_new[i]);
+      continue;
+    }
+    // It may stand for more or less of the fibers than it did; the rest of what changed is its law.
+    const double share = e.length / same->length;
+    force_at_start[i] = share * start[j].force;
+    booked_[Source::contacts] += (share - 1) * energy_brought(start[j], end[j]);
+    booked_[Source::preloads] += work_of_new_law(0.5 * (force_at_start[i] + end_of_new[i].force),
+                                                 {share * same->penalty, same->preload, p_reg}, e.law_at_start(p_reg));
+  }
+  for (std::size_t j = 0; j < n; ++j)
+    if (!went_on[j]) booked_[Source::contacts] -= energy_brought(start[j], end[j]);
+  return force_at_start;
+}
+
 void Contact::commit(const State& state) {
+  const std::vector<double> force_at_start = book_changes(state);
   double allowance_force = 0;
   for (const ContactElement& e : elements_) allowance_force += e.allowance * e.force(regularisation(e));
-  adaptation_work_ += coming_adaptation_work_ + std::exchange(adaptation_work_in_step_, 0) +
-                      0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
+  booked_[Source::allowances] += 0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
   allowance_force_n_ = allowance_force;
   fading_n_ = fading_;
-  limit_work_ += slip_energy_at_start() - *slip_energy_n_;
+  booked_[Source::friction_limits] += slip_energy_at_start() - *slip_energy_n_;
   slip_energy_n_ = slip_energy(state);
   tractions_.resize(stick_slip_.size());
   for (std::size_t i = 0; i < stick_slip_.size(); ++i) {
     const Friction slip = friction_of(i, state);
-    dissipated_ += slip.dissipated;
+    // The limit has gone from that of the force at the step's start to what it is.
+    if (slip.slides)
+      booked_[Sink::friction] +=
+          0.5 * (1 + law_.friction_coefficient * force_at_start[i] / stick_slip_[i].slip_limit) * slip.dissipated;
     tractions_[i] = slip.force;
   }
-  // Where fibers have parted, the preload goes, and with it what it was short of at no penetration.
-  for (const ContactElement& e : elements_)
-    if (e.preload > 0 && e.gap() >= e.preload) adaptation_work_ += penalty_energy(-e.preload, e.penalty, regularisation(e));
+  for (ContactElement& e : elements_) {
+    e.next_scale = e.penalty_scale;
+    // What the multiplier is worth once the penetration is gone; where the fibers have parted, nothing.
+    e.next_preload = e.gap() < e.preload ? e.preload : 0;
+    e.penetration_before = e.work_of_raising = e.force_raised_under = 0;
+  }
+  if (law_.adapt_penalty) adapt_penalties();
+  elements_n_ = elements_;
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i)
     history_[i] = remember(elements_[i], law_.friction ? static_cast<Index>(i) : -1);
-  // Of the next step: the elements stay as they are in the equilibrium, for what is recorded of it.
-  coming_adaptation_work_ = law_.adapt_penalty ? adapt_penalties(history_) : 0;
   std::stable_sort(history_.begin(), history_.end(), [](const ContactHistory& x, const ContactHistory& y) {
     return std::tie(x.fiber_a, x.fiber_b, x.s_a) < std::tie(y.fiber_a, y.fiber_b, y.s_a);
   });
   known_.clear();
-  for (ContactElement& e : elements_) e.penetration_before = 0;
   note_loaded_particles();
 }
 
 void Contact::keep(Archive& archive) {
-  archive(history_, tractions_, fading_n_, allowance_force_n_, slip_energy_n_, dissipated_, adaptation_work_, limit_work_,
-          coming_adaptation_work_);
+  archive(history_, tractions_, fading_n_, allowance_force_n_, slip_energy_n_, elements_n_, booked_);
   if (!archive.reads()) return;
   const auto on_fiber = [&](Index fiber, double s) {
     return fiber >= 0 && fiber < field_.mesh().n_fibers() && std::isfinite(s);
@@ -506,6 +582,9 @@ void Contact::keep(Archive& archive) {
                         std::isfinite(h.penalty_scale) && h.normal.allFinite() &&
                         h.traction < static_cast<Index>(tractions_.size()),
                     "a contact that cannot be");
+  for (const ContactElement& e : elements_n_)
+    archive.require(e.pair.chord.a.is_on(field_.mesh()) && e.pair.chord.b.is_on(field_.mesh()),
+                    "a contact that cannot be");
   // Elements are looked for anew in each increment.
   elements_.clear();
   known_.clear();
@@ -513,11 +592,11 @@ void Contact::keep(Archive& archive) {
   note_loaded_particles();
 }
 
-/// Where penetrations are deep, as they may be on the way to an equilibrium: zone by zone, up to eight consecutive samples
-/// of a pair, in the history of the elements. Returns the work that it does.
-double Contact::adapt_penalties(std::vector<ContactHistory>& history) const {
+/// Where penetrations are deep, as they may be on the way to an equilibrium: zone by zone, up to eight consecutive
+/// samples of a pair. It acts from the next step on: the elements stay as they are in the equilibrium, for what is
+/// recorded of it.
+void Contact::adapt_penalties() {
   constexpr std::size_t zone_samples = 8;
-  double work = 0;
   for (std::size_t begin = 0; begin < elements_.size();) {
     const ContactElement& first = elements_[begin];
     std::size_t end = begin;
@@ -536,17 +615,14 @@ double Contact::adapt_penalties(std::vector<ContactHistory>& history) const {
     }
     scale = adapted_penalty_scale(scale, penetration / target);
     for (; begin < end; ++begin) {
-      const ContactElement& e = elements_[begin];
+      ContactElement& e = elements_[begin];
       if (e.penalty_scale == scale) continue;
-      // ∫ (∂ψ/∂k) dk at a constant force, at which the energy of the quadratic penalty goes with k^−½.
-      work += 2 * e.energy(regularisation(e)) * (1 - std::sqrt(e.penalty_scale / scale));
       // A preload keeps its force.
-      const double p_reg = regularisation(e), force = penalty_force(-history[begin].preload, e.penalty, p_reg);
-      history[begin].penalty_scale = scale;
-      history[begin].preload = penetration_of_force(force, e.penalty * scale / e.penalty_scale, p_reg);
+      const double p_reg = regularisation(e), force = penalty_force(-e.next_preload, e.penalty, p_reg);
+      e.next_scale = scale;
+      e.next_preload = penetration_of_force(force, e.penalty * scale / e.penalty_scale, p_reg);
     }
   }
-  return work;
 }
 
 }  // namespace trame::micro

@@ -38,6 +38,9 @@ class Contact final : public Effect {
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
+  /// Stored are the energy of the penalties and that of the reversible part of friction, ½|f|²/k. (`energy` is the
+  /// incremental potential, which also holds the work of slip in the step.)
+  [[nodiscard]] Ledger ledger(const State& state) const override;
   void commit(const State& state) override;
   void keep(Archive& archive) override;
   /// Raises preloads by the penetrations that remain, where these are above their target, or where the work that forces
@@ -52,19 +55,10 @@ class Contact final : public Effect {
   [[nodiscard]] double regularisation(const ContactElement& element) const;
   /// Largest penetration over the mean radius of the pair.
   [[nodiscard]] double max_penetration_over_radius() const;
-  /// Energy of the penalties and of the reversible part of friction, ½|f|²/k. (`energy` is the incremental potential,
-  /// which also holds the work of slip in the step.)
-  [[nodiscard]] double stored_energy(const State& state) const;
   /// Elements at which raising the preload changes nothing, as something else holds their fibers in each other; the
   /// deepest of them.
   [[nodiscard]] Index n_stuck() const;
   [[nodiscard]] double deepest_stuck_over_radius() const;
-  [[nodiscard]] double dissipated() const { return dissipated_; }
-  /// Work that came in where penalties and preloads were raised under pressure, and that of fading allowances.
-  [[nodiscard]] double adaptation_work() const { return adaptation_work_; }
-  /// Energy of reversible slips that came, or with a negative sign went, because normal forces changed under them: the
-  /// stiffness of the reversible slip is µ N / u_rev.
-  [[nodiscard]] double limit_work() const { return limit_work_; }
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
   /// Friction::force of the pairs in `history` that have one; empty without friction.
   [[nodiscard]] const std::vector<Vec3>& tractions() const { return tractions_; }
@@ -93,12 +87,16 @@ class Contact final : public Effect {
   void note_loaded_particles();
   void pair_across_joints();
   void share_across_joints();
-  [[nodiscard]] double adapt_penalties(std::vector<ContactHistory>& history) const;
+  void adapt_penalties();
+  /// Books what became of the contacts of the last accepted state on the way to `state`. Returns the force of each of
+  /// `elements` at the step's start.
+  std::vector<double> book_changes(const State& state);
+  [[nodiscard]] ContactAt at(const ContactElement& element, const State& state) const;
 
   const FiberField& field_;
   ContactLaw law_;
   std::vector<double> modulus_;
-  State start_;        // of the step; kept for friction
+  State start_;        // of the step
   double fading_ = 0;  // part of the allowances that is still granted
   double fading_n_ = 0,
          allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
@@ -118,10 +116,10 @@ class Contact final : public Effect {
     double s, log_scale;
   };
   std::vector<LoadedParticle> loaded_;   // particles in contact, sorted, with the logarithm of their penalty scale
-  std::optional<double> slip_energy_n_;  // at the last accepted increment; empty before the first detection of a stage
-  double dissipated_ = 0, adaptation_work_ = 0, limit_work_ = 0;
-  double adaptation_work_in_step_ = 0;
-  double coming_adaptation_work_ = 0;  // of penalties adapted at the last commit, which act from the next step on
+  // Of the last accepted increment; before it, of the first detection of the stage, and empty before that.
+  std::optional<double> slip_energy_n_;
+  std::vector<ContactElement> elements_n_;
+  Ledger booked_;  // of accepted increments; stores nothing
   int n_searches_ = 0;
 };
 

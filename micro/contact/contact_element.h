@@ -33,6 +33,43 @@ namespace trame::micro {
   return force < 0.5 * k * p_reg ? std::sqrt(2 * p_reg * force / k) : force / k + 0.5 * p_reg;
 }
 
+/// ∫ p df up to a force: what the penalty's energy is short of force times penetration.
+[[nodiscard]] inline double complementary_energy(double force, double k, double p_reg) {
+  const double p = penetration_of_force(force, k, p_reg);
+  return force * p - penalty_energy(-p, k, p_reg);
+}
+
+/// A penalty with a preload: as ContactElement has them.
+struct PenaltyLaw {
+  double penalty = 0, preload = 0, p_reg = 0;
+  [[nodiscard]] double force(double gap) const { return penalty_force(gap - preload, penalty, p_reg); }
+  /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
+  [[nodiscard]] double energy(double gap) const {
+    return penalty_energy(gap - preload, penalty, p_reg) - penalty_energy(-preload, penalty, p_reg);
+  }
+};
+
+/// Work that must come in for one law to become another while the force stays, and the fibers give way or come nearer
+/// as it does: the change of ψ(p + preload) − ψ(preload) less that of force times penetration.
+[[nodiscard]] inline double work_of_new_law(double force, const PenaltyLaw& from, const PenaltyLaw& to) {
+  const auto part = [&](const PenaltyLaw& law) {
+    return force * law.preload - penalty_energy(-law.preload, law.penalty, law.p_reg) -
+           complementary_energy(force, law.penalty, law.p_reg);
+  };
+  return part(to) - part(from);
+}
+
+/// Force and energy of a contact at one end of a step.
+struct ContactAt {
+  double force = 0, energy = 0;
+};
+/// Energy that a contact brings with it which only one end of a step knows: that at the end at which it presses less.
+/// It has come before it pressed, or gone when it no longer did; contacts that take the place of each other are counted
+/// at the same end.
+[[nodiscard]] constexpr double energy_brought(const ContactAt& start, const ContactAt& end) {
+  return start.force < end.force ? start.energy : end.energy;
+}
+
 /// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes
 /// with 1/k at a given force, at most fourfold, and never falls. Held below `largest_penalty_scale`.
 constexpr double largest_penalty_scale = 400;
@@ -56,7 +93,8 @@ struct ContactHistory {
   bool stuck = false;  ///< see ContactElement
 
   void keep(Archive& archive) {
-    archive(fiber_a, fiber_b, s_a, s_b, normal, traction, penalty_scale, touches, allowance, length, point, preload, stuck);
+    archive(fiber_a, fiber_b, s_a, s_b, normal, traction, penalty_scale, touches, allowance, length, point, preload,
+            stuck);
   }
 };
 
@@ -103,16 +141,30 @@ struct ContactElement {
   double length = 0;            ///< length of fiber that the element stands for
   double penalty = 0;           ///< k, force over length
   double penalty_scale = 1;     ///< adapted factor that `penalty` includes
-  /// Part of the penalty that acts. Two lowest points to either side of a joint of an enriched fiber are one contact: they
-  /// share it by how far they are from the joint, so that one comes and goes with nothing.
+  /// Part of the penalty that acts. Two lowest points to either side of a joint of an enriched fiber are one contact:
+  /// they share it by how far they are from the joint, so that one comes and goes with nothing.
   double share = 1;
-  double allowance = 0;         ///< see ContactHistory; `offset` includes what is still granted of it
+  double allowance = 0;  ///< see ContactHistory; `offset` includes what is still granted of it
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
   double preload = 0;
   bool stuck = false;             ///< raising the preload changed nothing: what holds the fibers here is not contact
   double penetration_before = 0;  ///< when the preload was last raised in this increment
-  Gap measured;                   ///< at the state last followed
+  /// Penalty and preload with which it began the step, and with which it goes on.
+  double penalty_at_start = 0, preload_at_start = 0, next_scale = 1, next_preload = 0;
+  /// Work of raising them in this step: up to the last time, and what that was raised from, under which force; 0: it
+  /// was not raised. What it costs is known once equilibrium is found again.
+  double work_of_raising = 0, force_raised_under = 0;
+  PenaltyLaw raised_from;
+  Gap measured;  ///< at the state last followed
+
+  /// What tells how it goes on from the gap that it has.
+  void keep(Archive& archive) {
+    archive(pair, s_a, s_b, radius_a, radius_b, crossing, has_side, side, offset, length, penalty, penalty_scale, share,
+            preload, measured.value);
+    fiber_a = pair.fiber_a();
+    fiber_b = pair.fiber_b();
+  }
 
   /// Gap at the state last followed.
   [[nodiscard]] double gap() const { return measured.value; }
@@ -121,14 +173,21 @@ struct ContactElement {
     return b.evaluate(layout, state) - a.evaluate(layout, state);
   }
 
-  [[nodiscard]] double force(double p_reg) const { return share * penalty_force(gap() - preload, penalty, p_reg); }
+  [[nodiscard]] PenaltyLaw law(double p_reg) const { return {share * penalty, preload, p_reg}; }
+  [[nodiscard]] PenaltyLaw law_at_start(double p_reg) const {
+    return {share * penalty_at_start, preload_at_start, p_reg};
+  }
+  /// All the work of raising, with an equilibrium at the state last followed.
+  [[nodiscard]] double work_of_all_raising(double p_reg) const {
+    if (force_raised_under <= 0) return work_of_raising;
+    return work_of_raising + work_of_new_law(0.5 * (force_raised_under + force(p_reg)), raised_from, law(p_reg));
+  }
+  [[nodiscard]] double force(double p_reg) const { return law(p_reg).force(gap()); }
   [[nodiscard]] double stiffness(double p_reg) const {
-    return share * penalty_stiffness(gap() - preload, penalty, p_reg);
+    return penalty_stiffness(gap() - preload, share * penalty, p_reg);
   }
   /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
-  [[nodiscard]] double energy(double p_reg) const {
-    return share * (penalty_energy(gap() - preload, penalty, p_reg) - penalty_energy(-preload, penalty, p_reg));
-  }
+  [[nodiscard]] double energy(double p_reg) const { return law(p_reg).energy(gap()); }
 };
 
 /// Measures the gap of the element's chord.

@@ -24,6 +24,9 @@ struct Proximity {
   double sense = 1;    ///< σ and τ of a sample
   double mean_arc_length = 0;
 
+  /// The chord by its feet alone: where it is followed from.
+  void keep(Archive& archive) { archive(chord.a, chord.b, length, point, sense, mean_arc_length); }
+
   [[nodiscard]] Index fiber_a() const { return chord.a.fiber; }
   [[nodiscard]] Index fiber_b() const { return chord.b.fiber; }
   [[nodiscard]] double s_a() const { return chord.a.s; }

@@ -3,12 +3,14 @@
 /// Saved states: one HDF5 file with the mesh, the scene and every saved increment, all in SI units.
 /// Layout: micro/io/README.md.
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "micro/core/ledger.h"
 #include "micro/fiber/fiber_mesh.h"
 
 namespace trame::micro {
@@ -23,9 +25,12 @@ struct ContactRecord {
   std::vector<double> normal_force;  ///< N, ≥ 0
   std::vector<Vec3> friction_force;  ///< N, on b
   std::vector<Vec3> slip;            ///< slip since the start of the increment, m
-  std::vector<double> penalty;       ///< N/m
+  std::vector<double> penalty;       ///< with which it goes on, N/m
   std::vector<double> length;        ///< of fiber that the element stands for, m
-  std::vector<double> preload;       ///< penetration that the force of the multiplier is worth, m; none in older files
+  // None of these in older files.
+  std::vector<double> preload;  ///< penetration that the force of the multiplier is worth, with which it goes on, m
+  std::vector<Index> point;     ///< 1: a point, 0: a sample of a line
+  std::vector<Index> stuck;     ///< 1: it is not contact that holds these fibers in each other
 };
 
 struct BodyRecord {
@@ -35,12 +40,16 @@ struct BodyRecord {
   std::vector<Vec3> moment;  ///< N m
 };
 
-/// Energies since the start of the run, J. The external work is that of the bodies, of the crossing order that parts
-/// the yarns, and of penalties that are adapted under pressure.
+/// Energies since the start of the run, J. The external work is all that came in, by the sources of the ledger in
+/// `work`; release is what fibers lost that a new stage found out of balance. Older files have neither.
 struct EnergyRecord {
-  double external_work = 0, stored = 0, friction = 0, damping = 0, imbalance = 0;
+  double external_work = 0, stored = 0, friction = 0, damping = 0, imbalance = 0, release = 0;
+  std::array<double, source_names.size()> work{};
 
-  void keep(Archive& archive) { archive(external_work, stored, friction, damping, imbalance); }
+  void keep(Archive& archive) {
+    archive(external_work, stored, friction, damping, imbalance, release);
+    for (double& w : work) archive(w);
+  }
 };
 
 /// What the solver did for one increment.

@@ -3,6 +3,8 @@
 /// The one list of what an increment holds in a state file: path, unit, field. Creating, appending and reading all walk
 /// it, so that they cannot disagree. Included by snapshot_*.cpp only; described for readers in README.md.
 
+#include <string>
+
 #include "micro/core/text.h"
 #include "micro/io/snapshot.h"
 
@@ -48,6 +50,8 @@ void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.ragged("contacts/penalty", "N/m", contacts.penalty, false);
   visit.ragged("contacts/length", "m", contacts.length, false);
   visit.later_ragged("contacts/preload", "m", contacts.preload, false);
+  visit.later_ragged("contacts/point", "1", contacts.point, false);
+  visit.later_ragged("contacts/stuck", "1", contacts.stuck, false);
 }
 
 /// `visit.scalar(path, unit, field)`: one value per increment; `visit.later_scalar`: the same, which older files do not
@@ -70,6 +74,9 @@ void visit_solver(Solver& solver, Visitor& visit) {
   visit.scalar("energy/friction", "J", solver.energy.friction);
   visit.scalar("energy/damping", "J", solver.energy.damping);
   visit.scalar("energy/imbalance", "J", solver.energy.imbalance);
+  visit.later_scalar("energy/release", "J", solver.energy.release);
+  for (std::size_t s = 0; s < source_names.size(); ++s)
+    visit.later_scalar(std::string("energy/work_") + std::string(source_names[s]), "J", solver.energy.work[s]);
 }
 
 /// Everything of an increment; `visit.label(path, text)`: a short text per increment.

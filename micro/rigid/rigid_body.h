@@ -127,6 +127,8 @@ class BodyLoads final : public Effect {
   void add(const State& state, Assembler& assembler) const override;
   /// −F·c of the forces; a moment has no potential and is left out.
   [[nodiscard]] double energy(const State& state) const override;
+  /// Nothing: the work of loads is that of the bodies, which are moved in other ways, too.
+  [[nodiscard]] Ledger ledger(const State&) const override { return {}; }
 
  private:
   [[nodiscard]] double value(const LoadTerm& term) const { return term.start + stage_time_ * (term.end - term.start); }

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "micro/core/ledger.h"
 #include "micro/solve/system.h"
 
 namespace trame::micro {
@@ -42,6 +43,14 @@ class Effect {
   virtual void add(const State& state, Assembler& assembler) const = 0;
   /// The potential whose gradient `add` gives.
   [[nodiscard]] virtual double energy(const State& state) const = 0;
+  /// The effect's part of the energy books: what it stores at the accepted state `state`, and what it has dissipated
+  /// and got from outside of the potential in all steps accepted since its stage began. Here, for what is nothing but a
+  /// potential: the potential.
+  [[nodiscard]] virtual Ledger ledger(const State& state) const {
+    Ledger ledger;
+    ledger.stored = energy(state);
+    return ledger;
+  }
   /// Why the equilibrium `state`, reached in a step from `start`, must not be accepted all the same, and what may help;
   /// empty where it may.
   [[nodiscard]] virtual std::string objection(const State& /*start*/, const State& /*state*/) const { return {}; }

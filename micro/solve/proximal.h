@@ -3,6 +3,7 @@
 /// Proximal (viscous) term ½ η Σ |r − r_n|² on positions: what keeps steps small while yarns are far from equilibrium.
 
 #include <cmath>
+#include <vector>
 
 #include "micro/solve/effect.h"
 
@@ -46,12 +47,29 @@ class Proximal final : public Effect {
       sum += (state.q[layout_.first_vector(n)] - start_state_.q[layout_.first_vector(n)]).squaredNorm();
     return 0.5 * eta_ * sum;
   }
-  void commit(const State& state) override { dissipated_ += 2 * energy(state); }
+  /// It stores nothing: what its force takes, which goes from that of the last step to that of this one, is gone.
+  [[nodiscard]] Ledger ledger(const State&) const override {
+    Ledger ledger;
+    ledger[Sink::damping] = dissipated_;
+    return ledger;
+  }
+  void commit(const State& state) override {
+    force_n_.resize(layout_.n_nodes(), Vec3::Zero());
+    for (Index n = first_node_; n < layout_.n_nodes(); ++n) {
+      const Vec3 motion = state.q[layout_.first_vector(n)] - start_state_.q[layout_.first_vector(n)];
+      const Vec3 force = eta_ * motion;
+      dissipated_ += 0.5 * (force_n_[n] + force).dot(motion);
+      force_n_[n] = force;
+    }
+  }
 
-  void keep(Archive& archive) override { archive(dissipated_); }
+  void keep(Archive& archive) override {
+    archive(dissipated_, force_n_);
+    archive.require(force_n_.empty() || force_n_.size() == static_cast<std::size_t>(layout_.n_nodes()),
+                    "forces of other fibers");
+  }
 
   [[nodiscard]] double eta() const { return eta_; }
-  [[nodiscard]] double dissipated() const { return dissipated_; }
 
  private:
   const Layout& layout_;
@@ -59,6 +77,7 @@ class Proximal final : public Effect {
   double start_, end_, eta_ = 0;
   int n_detours_ = 0;  // in this step
   double dissipated_ = 0;
+  std::vector<Vec3> force_n_;  // of each node, at the last accepted step
   State start_state_;
 };
 

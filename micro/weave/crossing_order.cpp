@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace trame::micro {
 
@@ -67,7 +68,8 @@ CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> 
       start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg), target_penetration_(target_penetration),
       depth_n_(start_depth) {}
 
-void CrossingOrder::begin_step(const State&, double stage_time) {
+void CrossingOrder::begin_step(const State& start, double stage_time) {
+  start_ = start;
   depth_ = start_depth_ + stage_time * (1 - start_depth_);
 }
 
@@ -93,6 +95,7 @@ void CrossingOrder::update(const State& state, bool) {
     elements_.insert(elements_.end(), part.begin(), part.end());
     element_start_.push_back(elements_.size());
   }
+  if (!elements_n_) elements_n_ = elements_;
 }
 
 /// Slides the feet to where the plan views cross; where they no longer do, they stay.
@@ -152,10 +155,45 @@ double CrossingOrder::energy(const State& state) const {
   return sum;
 }
 
-void CrossingOrder::commit(const State&) {
+Ledger CrossingOrder::ledger(const State& state) const {
+  Ledger ledger = booked_;
+  ledger.stored = energy(state);
+  return ledger;
+}
+
+/// Nothing where plan views do not cross: its feet mean nothing there.
+ContactAt CrossingOrder::at(const Element& element, const State& state) const {
+  Element e = element;
+  if (double s_a = e.a.s, s_b = e.b.s; !plan_crossing(field_, state, e.a.fiber, e.b.fiber, s_a, s_b)) return {};
+  follow(state, e);
+  return {penalty_force(e.gap, e.penalty, p_reg_), penalty_energy(e.gap, e.penalty, p_reg_)};
+}
+
+/// The rise of d is booked for all at once, so that here all have that of this step.
+void CrossingOrder::book_changes(const State& state) {
+  std::map<std::pair<Index, Index>, const Element*> before;
+  for (const Element& e : *elements_n_) before[{e.a.fiber, e.b.fiber}] = &e;
+  for (const Element& e : elements_) {
+    const auto known = before.find({e.a.fiber, e.b.fiber});
+    if (known == before.end()) {
+      booked_[Source::contacts] += energy_brought(at(e, start_), at(e, state));
+      continue;
+    }
+    const Element& same = *known->second;
+    const double force = penalty_force(same.gap, same.penalty, p_reg_), force_now = at(e, state).force;
+    booked_[Source::preloads] +=
+        work_of_new_law(0.5 * (force + force_now), {same.penalty, 0, p_reg_}, {e.penalty, 0, p_reg_});
+    before.erase(known);
+  }
+  for (const auto& [fibers, e] : before) booked_[Source::contacts] -= energy_brought(at(*e, start_), at(*e, state));
+}
+
+void CrossingOrder::commit(const State& state) {
+  book_changes(state);
+  elements_n_ = elements_;
   double force = 0;
   for (const Element& e : elements_) force += e.reach * penalty_force(e.gap, e.penalty, p_reg_);
-  work_ += 0.5 * (force_n_ + force) * (depth_ - depth_n_);
+  booked_[Source::separation] += 0.5 * (force_n_ + force) * (depth_ - depth_n_);
   depth_n_ = depth_;
   force_n_ = force;
   if (!target_penetration_) return;
@@ -168,8 +206,10 @@ void CrossingOrder::commit(const State&) {
 }
 
 void CrossingOrder::keep(Archive& archive) {
-  archive(penalty_scale_, depth_n_, force_n_, work_);
+  archive(penalty_scale_, depth_n_, force_n_, elements_n_, booked_);
   archive.require(penalty_scale_.size() == crossings_.size(), "crossings of another weave");
+  for (const Element& e : elements_n_.value_or(std::vector<Element>()))
+    archive.require(e.a.is_on(field_.mesh()) && e.b.is_on(field_.mesh()), "a crossing that cannot be");
 }
 
 std::vector<ContactHistory> CrossingOrder::history() const {

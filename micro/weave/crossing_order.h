@@ -30,6 +30,7 @@ class CrossingOrder final : public Effect {
   void announce(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
+  [[nodiscard]] Ledger ledger(const State& state) const override;
   void commit(const State& state) override;
   void keep(Archive& archive) override;
   /// A pair of fibers at a crossing, a in the upper yarn.
@@ -41,16 +42,20 @@ class CrossingOrder final : public Effect {
     double gap = 0;  ///< z_a − z_b − d at the state last followed
     CurveJet at_a, at_b;
     CoveredElements covered;
+
+    /// What tells how it goes on from the gap that it has.
+    void keep(Archive& archive) { archive(a, b, reach, penalty, gap); }
   };
   [[nodiscard]] const std::vector<Element>& elements() const { return elements_; }
-  /// Work done by the rise of d, by the trapezoidal rule: it comes from outside.
-  [[nodiscard]] double work() const { return work_; }
   /// What ordinary contact takes over from the fibers that press on each other: on which side they lie, and their
   /// penalty.
   [[nodiscard]] std::vector<ContactHistory> history() const;
 
  private:
   void follow(const State& state, Element& element) const;
+  [[nodiscard]] ContactAt at(const Element& element, const State& state) const;
+  /// Books what became of the elements of the last accepted state on the way to `state`.
+  void book_changes(const State& state);
 
   const FiberField& field_;
   std::vector<YarnCrossing> crossings_;
@@ -58,7 +63,10 @@ class CrossingOrder final : public Effect {
   double start_depth_, penalty_, p_reg_;
   std::optional<double> target_penetration_;
   double depth_ = 0;                         // d / (R_a + R_b) of this step
-  double depth_n_, force_n_ = 0, work_ = 0;  // of the last accepted step; the force works on d / (R_a + R_b)
+  double depth_n_, force_n_ = 0;             // of the last accepted step; the force works on d / (R_a + R_b)
+  State start_;                              // of the step
+  std::optional<std::vector<Element>> elements_n_;  // of the last accepted step; before it, of the first search
+  Ledger booked_;                                   // of accepted steps; stores nothing
   std::vector<Element> elements_;            // crossing by crossing
   std::vector<std::size_t> element_start_;
 };

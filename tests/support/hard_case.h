@@ -29,7 +29,7 @@ inline int count_not_finite(const RunResult& result) {
     look_at_scalars(i.contacts.gap);
     look_at_scalars(i.contacts.normal_force);
     const EnergyRecord& e = i.solver.energy;
-    look_at_scalars({e.external_work, e.stored, e.friction, e.damping, e.imbalance, i.solver.residual});
+    look_at_scalars({e.external_work, e.stored, e.friction, e.damping, e.release, e.imbalance, i.solver.residual});
   }
   return n;
 }
@@ -110,7 +110,7 @@ inline Drive displacement(const std::string& body, BodyDof dof, double value) {
 /// External work over the size of what it turned into: the imbalance of energy at the end of a run, relative.
 inline double relative_imbalance(const RunResult& result) {
   const EnergyRecord& e = result.summary.energy;
-  return std::abs(e.imbalance) / std::max({std::abs(e.external_work), e.stored, e.friction + e.damping});
+  return std::abs(e.imbalance) / std::max({std::abs(e.external_work), e.stored, e.friction + e.damping + e.release});
 }
 
 }  // namespace trame::micro::test

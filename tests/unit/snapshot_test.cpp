@@ -91,6 +91,8 @@ Increment sample_increment(Index i, Index n_contacts) {
     increment.contacts.penalty.push_back(8 * x);
     increment.contacts.length.push_back(9 * x);
     increment.contacts.preload.push_back(10 * x);
+    increment.contacts.point.push_back(c % 2);
+    increment.contacts.stuck.push_back(c % 3 == 0 ? 1 : 0);
   }
   Mat3 rotation;
   rotation << 1, 2, 3, 4, 5, 6, 7, 8, 9 + i;
@@ -98,7 +100,9 @@ Increment sample_increment(Index i, Index n_contacts) {
                       {rotation, Mat3::Identity()},
                       {Vec3(0.1, 0.2, i), Vec3::Zero()},
                       {Vec3(6, 7, 8), Vec3(-i, 0, 0)}};
-  increment.solver = {11, 12 + i, 13, 14, 1e-5, 0.02, 1e-6, 1e-7, 1e-4, {1.5, 2.5, 3.5, 4.5, 5.5 * i}, 0.75, 1};
+  increment.solver = {11,   12 + i, 13,   14,   1e-5,
+                      0.02, 1e-6,   1e-7, 1e-4, {1.5, 2.5, 3.5, 4.5, 5.5 * i, 6.5, {1, 2, 3, 4, 5, 6, 7.5}},
+                      0.75, 1};
   return increment;
 }
 
@@ -119,6 +123,8 @@ void expect_equal(const SolverRecord& a, const SolverRecord& b) {
   EXPECT_EQ(a.energy.friction, b.energy.friction);
   EXPECT_EQ(a.energy.damping, b.energy.damping);
   EXPECT_EQ(a.energy.imbalance, b.energy.imbalance);
+  EXPECT_EQ(a.energy.release, b.energy.release);
+  EXPECT_EQ(a.energy.work, b.energy.work);
 }
 
 void expect_equal(const Increment& a, const Increment& b) {
@@ -141,6 +147,8 @@ void expect_equal(const Increment& a, const Increment& b) {
   EXPECT_EQ(a.contacts.penalty, b.contacts.penalty);
   EXPECT_EQ(a.contacts.length, b.contacts.length);
   EXPECT_EQ(a.contacts.preload, b.contacts.preload);
+  EXPECT_EQ(a.contacts.point, b.contacts.point);
+  EXPECT_EQ(a.contacts.stuck, b.contacts.stuck);
   EXPECT_EQ(a.bodies.position, b.bodies.position);
   EXPECT_EQ(a.bodies.rotation, b.bodies.rotation);
   EXPECT_EQ(a.bodies.force, b.bodies.force);

@@ -172,11 +172,11 @@ TEST_F(FullRun, CurvesFollowTheLoadPathToTwoPercent) {
   EXPECT_GT(last.warp_force, 0);
 }
 
-/// The energy that friction, damping and the fibers hold is what came in, within 5 % of the work of weaving and
-/// pulling. (The rest is the refreezing of contact geometry.)
+/// The energy that fibers hold, and that is rubbed off, damped or released, is what came in, within 2 % of the work of
+/// weaving and pulling. (The rest is the error of the steps.)
 TEST_F(FullRun, EnergyBalanceCloses) {
   const nlohmann::json energy = summary().at("energy");
-  EXPECT_LT(std::abs(energy.at("imbalance").get<double>()), 0.05 * energy.at("external_work").get<double>());
+  EXPECT_LT(std::abs(energy.at("imbalance").get<double>()), 0.02 * energy.at("external_work").get<double>());
 }
 
 TEST_F(FullRun, AnotherRunStartsWhereAStageEndedAndGivesTheSameForces) {

@@ -45,7 +45,13 @@ TEST(SummaryJson, HoldsEveryNumberOfTheRun) {
   summary.max_penetration_over_radius = 0.031;
   summary.force_imbalance = 1e-5;
   summary.moment_imbalance = 2e-5;
-  summary.energy = {.external_work = 5, .stored = 3, .friction = 1.5, .damping = 0.25, .imbalance = 0.25};
+  summary.energy = {.external_work = 5,
+                    .stored = 3,
+                    .friction = 1.25,
+                    .damping = 0.25,
+                    .imbalance = 0.25,
+                    .release = 0.25,
+                    .work = {1, 2, 3, 4, 5, 6, -16}};
   summary.crossing_order_ok = false;
   summary.n_threads = 2;
   summary.timers.add(Phase::factorization, 12.5);
@@ -70,9 +76,20 @@ TEST(SummaryJson, HoldsEveryNumberOfTheRun) {
                                    {"crossing_order_ok", false},
                                    {"threads", 2}};
   for (const auto& [key, value] : expected.items()) EXPECT_EQ(json.at(key), value) << key;
-  EXPECT_EQ(json.at("energy"),
-            nlohmann::json(
-                {{"external_work", 5.0}, {"stored", 3.0}, {"friction", 1.5}, {"damping", 0.25}, {"imbalance", 0.25}}));
+  EXPECT_EQ(json.at("energy"), nlohmann::json({{"external_work", 5.0},
+                                               {"stored", 3.0},
+                                               {"friction", 1.25},
+                                               {"damping", 0.25},
+                                               {"release", 0.25},
+                                               {"imbalance", 0.25},
+                                               {"work",
+                                                {{"bodies", 1.0},
+                                                 {"separation", 2.0},
+                                                 {"contacts", 3.0},
+                                                 {"preloads", 4.0},
+                                                 {"allowances", 5.0},
+                                                 {"friction_limits", 6.0},
+                                                 {"stages", -16.0}}}}));
   EXPECT_EQ(json.at("seconds").at("factorization"), 12.5);
   EXPECT_EQ(json.at("seconds").at("meso"), 0.5);
   EXPECT_EQ(json.at("seconds").at("symbolic"), 0.0);

@@ -41,8 +41,8 @@ EnergyRecord gain_of_last_stage(const std::vector<EnergyPoint>& energies) {
   const auto before = std::find_if(energies.rbegin(), energies.rend(),
                                    [&](const EnergyPoint& p) { return p.stage != energies.back().stage; });
   const EnergyRecord a = before == energies.rend() ? EnergyRecord{} : before->energy;
-  return {b.external_work - a.external_work, b.stored - a.stored, b.friction - a.friction, b.damping - a.damping,
-          b.imbalance - a.imbalance};
+  return {b.external_work - a.external_work, b.stored - a.stored,  b.friction - a.friction, b.damping - a.damping,
+          b.imbalance - a.imbalance,         b.release - a.release};
 }
 
 /// A run that goes on from the states of another holds their last one as increment 1: its last stage gains from there.

@@ -140,7 +140,8 @@ std::string certificates_html(const micro::SnapshotHeader& header, const micro::
                  {"work", microjoules(energy.external_work)},
                  {"stored", microjoules(energy.stored)},
                  {"friction", microjoules(energy.friction)},
-                 {"damped", microjoules(energy.damping)}});
+                 {"damped", microjoules(energy.damping)},
+                 {"released", microjoules(energy.release)}});
 }
 
 std::string work_html(const RunSummary& summary) {
