@@ -416,6 +416,7 @@ class Run {
     LoadPathSettings path;
     path.n_increments = stage.n_increments;
     path.max_geometry_updates = scene_.solver.max_geometry_updates;
+    path.friction_tolerance = 100 * newton_settings.force_tolerance;
     path.min_increment = scene_.solver.min_increment;
     path.may_take_whole_steps = !model.contact;
     path.prediction_cap = newton_settings.step_cap * smallest_radius;

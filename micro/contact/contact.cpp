@@ -327,8 +327,11 @@ void Contact::share_across_joints() {
   for (const AcrossJoint& j : across_joints_) elements_[j.first].share = elements_[j.second].share = 1;
   for (const AcrossJoint& j : across_joints_) {
     ContactElement &p = elements_[j.first], &q = elements_[j.second];
-    const double x = std::abs((j.on_a ? p.s_a : p.s_b) - j.joint), y = std::abs((j.on_a ? q.s_a : q.s_b) - j.joint);
-    const double of_first = x + y > 0 ? x / (x + y) : 0.5;
+    // Where both are at the joint, round-off shall not decide.
+    const double epsilon = 1e-6 * field_.element_length(j.on_a ? p.fiber_a : p.fiber_b);
+    const double x = epsilon + std::abs((j.on_a ? p.s_a : p.s_b) - j.joint),
+                 y = epsilon + std::abs((j.on_a ? q.s_a : q.s_b) - j.joint);
+    const double of_first = x / (x + y);
     p.share *= of_first;
     q.share *= 1 - of_first;
   }

@@ -168,6 +168,9 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
         std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
       return std::nullopt;
     const double along = curvature(values);
+    // A curvature of no size against that of the preconditioner, which begins with it, is round-off: K is singular.
+    constexpr double neutral = 1e-9;
+    if (iteration == 0 && std::abs(along) <= neutral * rz) return std::nullopt;
     if (!(along > 0)) {
       met_negative_curvature_ = true;
       if (truncated == Truncated::never || !std::isfinite(along)) return std::nullopt;

@@ -36,8 +36,8 @@ double elastic_energy(const Effects& effects, const State& state) {
   return sum;
 }
 
-/// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not. On the way to equilibrium, where
-/// `slack` is more than 1, it may be soft.
+/// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not. On the way to equilibrium,
+/// where `slack` is more than 1, it may be soft.
 bool is_stiff_enough(const Tools& tools, double slack, const State& state, IncrementReport& report) {
   if (slack > 1 || report.n_stiffenings == tools.settings.max_stiffenings) return true;
   const double energy = elastic_energy(tools.effects, state);
@@ -56,10 +56,10 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
                          IncrementReport& report) {
   const auto& [newton, effects, settings, driver, timers] = tools;
   constexpr int max_held_up = 3;
-  int n_detours = 0;    // detections because of long motions, which settle nothing
-  int n_held_up = 0;    // detections because of forces that jump
-  int n_undone = 0;     // equilibria that contacts found at them have undone
-  bool arrived = false; // an equilibrium of the contacts known before
+  int n_detours = 0;     // detections because of long motions, which settle nothing
+  int n_held_up = 0;     // detections because of forces that jump
+  int n_undone = 0;      // equilibria that contacts found at them have undone
+  bool arrived = false;  // an equilibrium of the contacts known before
   report.n_stiffenings = 0;
   newton.reset_reach();
   for (;;) {

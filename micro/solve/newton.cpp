@@ -24,8 +24,8 @@ std::string_view describe(NewtonOutcome::Status status) {
 
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
-      linear_(layout, settings.precision, n_threads), damping_(layout.n_vectors()),
-      force_(layout.n_dofs()), step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()) {
+      linear_(layout, settings.precision, n_threads), damping_(layout.n_vectors()), force_(layout.n_dofs()),
+      step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()) {
   settings_.units.resize(layout.n_vectors(), 1.0);
   reset_reach();
   for (Index j = 0; j < layout.n_nodes(); ++j) node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
@@ -118,7 +118,7 @@ Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
 }
 
 Residual NewtonSolver::evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                               bool renewed) {
+                                bool renewed) {
   follow(effects, state, renewed ? Effect::Follow::renewal : Effect::Follow::iteration);
   assemble(effects, state, Assembler::Tangent::none);
   return residual(prescribed);
@@ -156,9 +156,9 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 
 /// Solves for the step from `state`, up to `tolerance` of its energy. The last factor is tried first, even that of
 /// another pattern: a few iterations on it cost less than a new one. Where the tangent is not positive definite, the
-/// factor is that of its projection, and the iterations behind it may end early; with a motion to be made, which they have
-/// to finish, the projection stands for the tangent. A factor that does not do in
-/// single precision is replaced by one in double.
+/// factor is that of its projection, and the iterations behind it may end early; with a motion to be made, which they
+/// have to finish, the projection stands for the tangent. A factor that does not do in single precision is replaced by
+/// one in double.
 bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
                              double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
   using Truncated = LinearSolver::Truncated;
@@ -204,14 +204,20 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
     if (n) indefinite_ = false;
     return n.has_value();
   };
+  // What only contact holds against sliding is loose in the projection. As it is but a preconditioner, it may be made
+  // a little stiffer all over; then the iterations tell whether the tangent itself is singular.
   const auto find_with_projection = [&] {
-    for (;;) {
-      set_up(Assembler::Tangent::projected);
-      const bool factorized = factorize();
-      if (factorized && may_end_early) set_up(Assembler::Tangent::exact);
-      if (factorized && solve(max_iterations, may_end_early ? Truncated::at_any_limit : Truncated::never)) return true;
-      if (!linear_.refine_precision()) return false;
+    constexpr double first_shift = 1e-8, last_shift = 1e-4;
+    for (double shift = 0; shift <= last_shift; shift = shift == 0 ? first_shift : 100 * shift) {
+      do {
+        set_up(Assembler::Tangent::projected);
+        scale_diagonal(1 + shift);
+        if (!factorize()) continue;
+        if (may_end_early) set_up(Assembler::Tangent::exact);
+        if (solve(max_iterations, may_end_early ? Truncated::at_any_limit : Truncated::never)) return true;
+      } while (linear_.refine_precision());
     }
+    return false;
   };
   // The exact tangent of `state` is set up.
   const auto find = [&](bool old_factor) {
@@ -282,6 +288,13 @@ void NewtonSolver::adapt_cap(double residual_norm) {
   }
 }
 
+void NewtonSolver::scale_diagonal(double factor) {
+  for (Index j = 0; j < layout_.n_nodes(); ++j) {
+    double* diagonal = values_.data() + pattern_.value_start(j);
+    for (Index c = 0; c < 3 * layout_.n_vectors(j); ++c, diagonal += pattern_.column_height(j) + 1) *diagonal *= factor;
+  }
+}
+
 void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
   const Index j = node_of_[vector], c = 3 * (vector - layout_.first_vector(j));
   double* diagonal =
@@ -326,9 +339,9 @@ double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
 }
 
 /// The length of a step at which the slope of the potential along it has nearly vanished. Where it has turned upward
-/// steeply at `alpha`: regula falsi on the slope between the longest step known to be downhill and the shortest known to be
-/// too long, at most six trials. Where the potential falls ever more steeply, which says nothing of how far: doubled as
-/// long as it goes on falling, up to `longest`.
+/// steeply at `alpha`: regula falsi on the slope between the longest step known to be downhill and the shortest known
+/// to be too long, at most six trials. Where the potential falls ever more steeply, which says nothing of how far:
+/// doubled as long as it goes on falling, up to `longest`.
 double NewtonSolver::line_search(const Effects& effects, const State& state, double alpha, double longest,
                                  double slope_at_zero, const PrescribedMotion& prescribed) {
   const double accepted = 0.8 * std::abs(slope_at_zero);
@@ -422,7 +435,7 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     double alpha = step.size > cap ? cap / step.size : 1.0;
     if (alpha < 1) ++n_capped_;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
-    if (remaining == 0 && searches_) 
+    if (remaining == 0 && searches_)
       alpha = line_search(effects, state, alpha, cap / step.size, slope(prescribed), prescribed);
     last_taken_whole = alpha >= 1;
     if (settings_.damps_soft_modes) adapt_trust(step.size, alpha);
@@ -439,7 +452,8 @@ NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion
     n_stuck = alpha < next_to_nothing && alpha * step.size < next_to_nothing * cap ? n_stuck + 1 : 0;
     // A capped step may be as long as the cap of the travel: round-off shall not decide.
     const bool held_up = n_stuck == 3;
-    if (held_up || largest([&](Index v) { return (state.q[v] - start.q[v]).norm(); }).size > 1.01 * settings_.travel_cap) {
+    if (held_up ||
+        largest([&](Index v) { return (state.q[v] - start.q[v]).norm(); }).size > 1.01 * settings_.travel_cap) {
       ++outcome.n_iterations;
       outcome.remaining = remaining;
       outcome.status = held_up ? NewtonOutcome::Status::held_up : NewtonOutcome::Status::travelled;

@@ -126,6 +126,7 @@ class NewtonSolver {
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void adapt_trust(double size, double alpha);
   void adapt_cap(double residual_norm);
+  void scale_diagonal(double factor);
   void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double longest,
                                    double slope_at_zero, const PrescribedMotion& prescribed);

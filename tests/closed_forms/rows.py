@@ -442,7 +442,7 @@ def papailiou():
 
 
 def capstan(mu, degrees):
-    drum, leg = 10.0, 15.0
+    drum, leg = 100.0, 50.0
     rho, wrap = drum + 1, np.radians(degrees)
     scene = base("capstan", contact=True)
     scene.contact["friction_coefficient"] = mu
@@ -461,7 +461,7 @@ def capstan(mu, degrees):
     scene.body("axle", (0, 0, 0), [("drum", "start"), ("drum", "end")])
     scene.body("brake", um([points[0]])[0], [("rope", "start")])
     scene.body("haul", um([points[-1]])[0], [("rope", "end")])
-    pull = 2e-3 * np.pi
+    pull = 5e-3 * np.pi
     forces = lambda body, way: [
         (body, d, "force", pull * FORCE * x) for d, x in (("x", way[0]), ("z", way[2]))
     ]
@@ -472,16 +472,16 @@ def capstan(mu, degrees):
         "haul",
         10,
         forces("brake", back)
-        + [("haul", d, "displacement", 2 * R * x) for d, x in (("x", out[0]), ("z", out[2]))],
+        + [("haul", d, "displacement", 8 * R * x) for d, x in (("x", out[0]), ("z", out[2]))],
     )
     return Case(
         f"capstan_{mu}_{degrees}",
         scene,
         [
             Row(
-                f"rope {degrees}° around a drum of 10 R, µ = {mu}: ratio of its tensions",
-                "Euler, Eytelwein: exp(µ θ)",
-                np.exp(mu * wrap),
+                f"rope {degrees}° around a drum of 100 R, µ = {mu}: ratio of its tensions",
+                "Euler, Eytelwein, friction at the rope's surface: exp(µ θ ρ/(ρ + R))",
+                np.exp(mu * wrap * drum / rho),
                 lambda s: (s.force("haul") @ out) / (s.force("brake") @ back),
             )
         ],
