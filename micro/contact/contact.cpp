@@ -215,7 +215,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
 StickSlip Contact::make_stick_slip(ContactElement& e, const ContactHistory* known) const {
   StickSlip s;
   place_particles(field_, e);
-  s.normal = e.normal;
+  s.normal = e.measured.force_direction().normalized();
   s.x_start = e.relative_position(field_.layout(), start_);
   s.slip_limit = law_.friction_coefficient * e.force(regularisation(e));
   s.tangential_stiffness = s.slip_limit / (law_.reversible_slip * mean_radius(e.fiber_a, e.fiber_b));
@@ -453,7 +453,8 @@ bool Contact::stiffen(const State&, double elastic_energy) {
   constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
   double lost = 0;                              // ½ f p: by so much the stored energy would rise without penetration
   double deepest = 0;
-  for (const ContactElement& e : elements_) {
+  for (ContactElement& e : elements_) {
+    e.stuck = e.stuck && e.gap() < 0;  // what held the fibers in each other has let go
     const double f = e.stuck ? 0 : e.force(regularisation(e));
     if (f <= 0) continue;
     // A gap under force is as wrong: the preload of a force that is gone.
@@ -474,7 +475,7 @@ bool Contact::stiffen(const State&, double elastic_energy) {
       // not contact that holds them in each other.
       if (e.penalty_scale < 0.999 * largest_penalty_scale)
         set_penalty(e, std::min(4 * e.penalty_scale, largest_penalty_scale));
-      else if (p > 0.9 * e.penetration_before) {
+      else if (p > 0.9 * e.penetration_before && e.gap() < 0) {
         e.stuck = true;
         continue;
       }

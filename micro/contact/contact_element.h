@@ -199,7 +199,7 @@ void place_particles(const FiberField& field, ContactElement& element);
 
 /// What friction adds to a contact element. Apart from it, so that contact without friction carries none of this.
 struct StickSlip {
-  Vec3 normal = Vec3::UnitZ();  ///< at the last iteration
+  Vec3 normal = Vec3::UnitZ();  ///< to the outlines, at the last iteration: the direction of the normal force
   Vec3 x_start = Vec3::Zero();  ///< x_b − x_a of the particles at the start of the step
   Vec3 traction_start =
       Vec3::Zero();  ///< Friction::force at the start of the step, tangential; −traction_start acts on b
