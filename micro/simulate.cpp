@@ -416,7 +416,8 @@ class Run {
     LoadPathSettings path;
     path.n_increments = stage.n_increments;
     path.max_geometry_updates = scene_.solver.max_geometry_updates;
-    path.friction_tolerance = 100 * newton_settings.force_tolerance;
+    // Limits that follow forces that follow limits may go to and fro a little below that.
+    path.friction_tolerance = std::max(100 * newton_settings.force_tolerance, 1e-6);
     path.min_increment = scene_.solver.min_increment;
     path.may_take_whole_steps = !model.contact;
     path.prediction_cap = newton_settings.step_cap * smallest_radius;
