@@ -157,6 +157,7 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
   double rz = begin_iterations(b);
   if (!std::isfinite(rz)) return std::nullopt;
   const double start = rz, goal = tolerance * tolerance * rz;
+  double by_preconditioner = rz;  // curvature of the direction
   int iteration = 0;
   while (rz > goal) {
     if (iteration == max_iterations) {
@@ -168,9 +169,9 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
         std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
       return std::nullopt;
     const double along = curvature(values);
-    // A curvature of no size against that of the preconditioner, which begins with it, is round-off: K is singular.
-    constexpr double neutral = 1e-9;
-    if (iteration == 0 && std::abs(along) <= neutral * rz) return std::nullopt;
+    // A curvature of no size against that of the preconditioner is round-off: K is singular.
+    constexpr double neutral = 1e-6;
+    if (truncated != Truncated::never && std::abs(along) <= neutral * by_preconditioner) return std::nullopt;
     if (!(along > 0)) {
       met_negative_curvature_ = true;
       if (truncated == Truncated::never || !std::isfinite(along)) return std::nullopt;
@@ -178,7 +179,9 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
       break;
     }
     ++iteration;
-    rz = iterate(along, rz);
+    const double next = iterate(along, rz), beta = next / rz;
+    by_preconditioner = next + beta * beta * by_preconditioner;
+    rz = next;
   }
   std::copy(x_.begin(), x_.end(), b.begin());
   return iteration;

@@ -216,6 +216,7 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
         if (may_end_early) set_up(Assembler::Tangent::exact);
         if (solve(max_iterations, may_end_early ? Truncated::at_any_limit : Truncated::never)) return true;
       } while (linear_.refine_precision());
+      if (!may_end_early) return false;
     }
     return false;
   };

@@ -190,7 +190,7 @@ TEST(ContactGeometry, SevenFibersInTheRoomOfTwo) {
 }
 
 // Known to fail.
-TEST(ContactGeometryStudy, YarnsOfSeveralDiametersPart) {
+TEST(ContactGeometry, YarnsOfSeveralDiametersPart) {
   // Two flat yarns of four layers each lie wholly inside each other: four diameters deep.
   Scene scene;
   scene.name = "deep yarns";
