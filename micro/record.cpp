@@ -31,14 +31,14 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.s_a.push_back(e.s_a * scales.length);
     record.s_b.push_back(e.s_b * scales.length);
     record.position.push_back(0.5 * (a + b) * scales.length);
-    const Vec3 force = e.force(model.contact->regularisation(e)) * e.measured.force_direction();
-    record.normal.push_back(e.measured.force_direction().normalized());
+    const Vec3 direction = e.measured.force_direction();
+    record.normal.push_back(direction.normalized());
     record.gap.push_back(gap * scales.length);
-    record.normal_force.push_back(force.norm() * scales.force());
+    record.normal_force.push_back(e.force(model.contact->regularisation(e)) * direction.norm() * scales.force());
     const bool rubs = !stick_slip.empty();
-    record.friction_force.push_back(rubs ? Vec3(-friction(stick_slip[i], b - a).force * scales.force())
-                                         : Vec3::Zero());
-    record.slip.push_back(rubs ? Vec3(stick_slip[i].tangential(b - a - stick_slip[i].x_start) * scales.length) : Vec3::Zero());
+    record.friction_force.push_back(rubs ? Vec3(-friction(stick_slip[i], b - a).force * scales.force()) : Vec3::Zero());
+    record.slip.push_back(rubs ? Vec3(stick_slip[i].tangential(b - a - stick_slip[i].x_start) * scales.length)
+                               : Vec3::Zero());
     record.penalty.push_back(e.penalty * e.next_scale / e.penalty_scale * scales.force() / scales.length);
     record.length.push_back(e.length * scales.length);
     record.preload.push_back(e.next_preload * scales.length);

@@ -135,8 +135,13 @@ double LinearSolver::iterate(double curvature, double norm_squared) {
   return next;
 }
 
+namespace {
+
+constexpr double neutral = 1e-6;  // a curvature of no size against that of the preconditioner is round-off
+
+}  // namespace
+
 bool LinearSolver::finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations) {
-  constexpr double neutral = 1e-6;  // a curvature of no size against that of the preconditioner is round-off
   double rz = begin_iterations(b),
          by_preconditioner = rz;  // curvatures of the direction: of the preconditioner, and of K
   const double negligible = 1e-16 * rz;
@@ -169,8 +174,7 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
         std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
       return std::nullopt;
     const double along = curvature(values);
-    // A curvature of no size against that of the preconditioner is round-off: K is singular.
-    constexpr double neutral = 1e-6;
+    // K is singular.
     if (truncated != Truncated::never && std::abs(along) <= neutral * by_preconditioner) return std::nullopt;
     if (!(along > 0)) {
       met_negative_curvature_ = true;

@@ -1,6 +1,5 @@
 #include "micro/weave/crossing_order.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -98,15 +97,16 @@ void CrossingOrder::update(const State& state, bool) {
   if (!elements_n_) elements_n_ = elements_;
 }
 
-/// Slides the feet to where the plan views cross; where they no longer do, they stay.
-void CrossingOrder::follow(const State& state, Element& e) const {
-  if (double s_a = e.a.s, s_b = e.b.s; plan_crossing(field_, state, e.a.fiber, e.b.fiber, s_a, s_b)) {
+bool CrossingOrder::follow(const State& state, Element& e) const {
+  double s_a = e.a.s, s_b = e.b.s;
+  const bool crosses = plan_crossing(field_, state, e.a.fiber, e.b.fiber, s_a, s_b);
+  if (crosses) {
     e.a = {e.a.fiber, s_a, field_.element_at(e.a.fiber, s_a)};
     e.b = {e.b.fiber, s_b, field_.element_at(e.b.fiber, s_b)};
   }
-  e.at_a = field_.jet(state, e.a.fiber, e.a.element, e.a.s);
-  e.at_b = field_.jet(state, e.b.fiber, e.b.element, e.b.s);
-  e.gap = e.at_a.r.z() - e.at_b.r.z() - depth_ * e.reach;
+  const auto height = [&](const Foot& foot) { return field_.jet(state, foot.fiber, foot.element, foot.s).r.z(); };
+  e.gap = height(e.a) - height(e.b) - depth_ * e.reach;
+  return crosses;
 }
 
 bool CrossingOrder::follow(const State& state, Follow what) {
@@ -127,8 +127,8 @@ void CrossingOrder::announce(Pattern::Builder& builder) const {
   for (const Element& e : elements_) e.covered.announce(field_, e.a.fiber, e.b.fiber, builder);
 }
 
-/// Forces are vertical, at crossings that go with the fibers. That has no potential where fibers are inclined; the tangent is
-/// that of crossings that stand.
+/// Forces are vertical, at crossings that go with the fibers. That has no potential where fibers are inclined; the
+/// tangent is that of crossings that stand.
 void CrossingOrder::add(const State&, Assembler& assembler) const {
   for (const Element& e : elements_) {
     const double f = penalty_force(e.gap, e.penalty, p_reg_);
@@ -164,8 +164,7 @@ Ledger CrossingOrder::ledger(const State& state) const {
 /// Nothing where plan views do not cross: its feet mean nothing there.
 ContactAt CrossingOrder::at(const Element& element, const State& state) const {
   Element e = element;
-  if (double s_a = e.a.s, s_b = e.b.s; !plan_crossing(field_, state, e.a.fiber, e.b.fiber, s_a, s_b)) return {};
-  follow(state, e);
+  if (!follow(state, e)) return {};
   return {penalty_force(e.gap, e.penalty, p_reg_), penalty_energy(e.gap, e.penalty, p_reg_)};
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 /// \file
 /// Separation of interpenetrating yarns: at each crossing of a warp and a weft yarn all pairs of fibers obey
-/// z_a − z_b ≥ d where their plan views cross, a in the upper yarn, whatever their depth, with vertical forces, while d rises
-/// from −(height of the flat yarns) to R_a + R_b.
+/// z_a − z_b ≥ d where their plan views cross, a in the upper yarn, whatever their depth, with vertical forces, while d
+/// rises from −(height of the flat yarns) to R_a + R_b.
 
 #include <optional>
 
@@ -40,7 +40,6 @@ class CrossingOrder final : public Effect {
     double reach = 0;  ///< R_a + R_b
     double penalty = 0;
     double gap = 0;  ///< z_a − z_b − d at the state last followed
-    CurveJet at_a, at_b;
     CoveredElements covered;
 
     /// What tells how it goes on from the gap that it has.
@@ -52,7 +51,8 @@ class CrossingOrder final : public Effect {
   [[nodiscard]] std::vector<ContactHistory> history() const;
 
  private:
-  void follow(const State& state, Element& element) const;
+  /// Slides the feet to where the plan views cross. Returns whether they do; where they do not, the feet stay.
+  bool follow(const State& state, Element& element) const;
   [[nodiscard]] ContactAt at(const Element& element, const State& state) const;
   /// Books what became of the elements of the last accepted state on the way to `state`.
   void book_changes(const State& state);
@@ -62,12 +62,12 @@ class CrossingOrder final : public Effect {
   std::vector<double> penalty_scale_;  // of each crossing
   double start_depth_, penalty_, p_reg_;
   std::optional<double> target_penetration_;
-  double depth_ = 0;                         // d / (R_a + R_b) of this step
-  double depth_n_, force_n_ = 0;             // of the last accepted step; the force works on d / (R_a + R_b)
-  State start_;                              // of the step
+  double depth_ = 0;                                // d / (R_a + R_b) of this step
+  double depth_n_, force_n_ = 0;                    // of the last accepted step; the force works on d / (R_a + R_b)
+  State start_;                                     // of the step
   std::optional<std::vector<Element>> elements_n_;  // of the last accepted step; before it, of the first search
   Ledger booked_;                                   // of accepted steps; stores nothing
-  std::vector<Element> elements_;            // crossing by crossing
+  std::vector<Element> elements_;                   // crossing by crossing
   std::vector<std::size_t> element_start_;
 };
 
