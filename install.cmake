@@ -21,7 +21,7 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/TrameConfigVersion.cmake CO
 install(FILES ${CMAKE_BINARY_DIR}/TrameConfig.cmake ${CMAKE_BINARY_DIR}/TrameConfigVersion.cmake
         DESTINATION ${trame_cmake_dir} COMPONENT micro)
 if(TRAME_MESO)
-  trame_export(meso trame_meso trame_dealii)
+  trame_export(meso trame_meso trame_yarn_frame trame_dealii)
 endif()
 if(TRAME_WORKFLOWS)
   install(TARGETS run_workflow simulate_fibers strain_post render_patch accuracy_cost

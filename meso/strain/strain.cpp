@@ -82,16 +82,6 @@ std::vector<Mat3> DeformationGradient::operator()(const std::vector<Vec3>& r) co
 
 Mat3 green_lagrange(const Mat3& F) { return 0.5 * (F.transpose() * F - Mat3::Identity()); }
 
-Mat3 yarn_frame(const Vec3& axis) {
-  const Vec3 axial = axis.normalized();
-  const Vec3 z = std::abs(axial.z()) < 1 - 1e-6 ? Vec3::UnitZ() : Vec3::UnitY();
-  Mat3 frame;
-  frame.row(0) = axial;
-  frame.row(2) = (z - z.dot(axial) * axial).normalized();
-  frame.row(1) = frame.row(2).transpose().cross(axial);
-  return frame;
-}
-
 namespace {
 
 /// Smallest singular value.

@@ -58,10 +58,18 @@ void check_start(const std::string& where, const std::vector<Index>& start) {
                                    f, start[f], start[f + 1]));
 }
 
-void check_finite(const std::string& where, const std::vector<Vec3>& positions) {
-  for (std::size_t n = 0; n < positions.size(); ++n)
-    if (!positions[n].allFinite())
+void check_finite(const std::string& where, const std::vector<Vec3>& values) {
+  for (std::size_t n = 0; n < values.size(); ++n)
+    if (!values[n].allFinite())
       throw InputError(fmt::format("{} holds values that are not finite, at node {}", where, n));
+}
+
+void check_positions(const std::string& where, const std::vector<Vec3>& positions) {
+  constexpr double largest = 1e9;  // m
+  check_finite(where, positions);
+  for (std::size_t n = 0; n < positions.size(); ++n)
+    if (const double x = positions[n].cwiseAbs().maxCoeff(); x > largest)
+      throw InputError(fmt::format("{} holds {:g} m, at node {}; must be at most {:g} m", where, x, n, largest));
 }
 
 void check_yarn_name(const std::string& where, const std::string& name) {
@@ -90,7 +98,10 @@ void make_yarns(const std::vector<std::string>& label_of_fiber, FiberList& list)
   for (const std::string& text : label_of_fiber) list.yarn.push_back(yarns[parsed(text)]);
 }
 
-bool names_yarns(const std::string& name) {
+namespace {
+
+/// A name as people write it in other places: "Yarn_ID" is "yarn".
+std::string bare_word(const std::string& name) {
   std::string letters;
   for (const unsigned char c : name)
     if (std::isalnum(c) != 0) letters += static_cast<char>(std::tolower(c));
@@ -99,8 +110,21 @@ bool names_yarns(const std::string& name) {
       letters.resize(letters.size() - std::strlen(ending));
       break;
     }
-  return letters == "yarn" || letters == "yarns" || letters == "tow" || letters == "bundle" || letters == "yarnof" ||
-         letters == "yarnoffiber";
+  return letters;
+}
+
+bool is_one_of(const std::string& word, std::initializer_list<const char*> words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+}  // namespace
+
+bool names_yarns(const std::string& name) {
+  return is_one_of(bare_word(name), {"yarn", "yarns", "tow", "bundle", "yarnof", "yarnoffiber"});
+}
+
+bool names_fibers(const std::string& name) {
+  return is_one_of(bare_word(name), {"fiber", "fibre", "fibers", "fibres", "filament"});
 }
 
 double metres(const std::string& where, const std::string& unit) {
@@ -212,6 +236,13 @@ bool is_hdf5(const std::filesystem::path& file) {
   return std::string_view(start.data(), start.size()) == "\x89HDF\r\n\x1a\n";
 }
 
+/// In capitals or not.
+bool ends_in(const std::filesystem::path& file, std::initializer_list<const char*> endings) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return is_one_of(ending, endings);
+}
+
 constexpr const char* formats =
     "the state file of a run (HDF5), or fiber nodes: one HDF5 file, or for each state a VTK PolyData file (.vtp) or a "
     "table (.csv, .txt)";
@@ -220,9 +251,8 @@ constexpr const char* formats =
 
 std::unique_ptr<meso::FiberStates> open_states(const std::vector<std::filesystem::path>& files) {
   const auto all_end_in = [&](std::initializer_list<const char*> endings) {
-    return !files.empty() && std::all_of(files.begin(), files.end(), [&](const std::filesystem::path& file) {
-      return std::find(endings.begin(), endings.end(), file.extension()) != endings.end();
-    });
+    return !files.empty() && std::all_of(files.begin(), files.end(),
+                                         [&](const std::filesystem::path& file) { return ends_in(file, endings); });
   };
   if (all_end_in({".vtp"})) return open_vtp_nodes(files);
   if (all_end_in({".csv", ".txt"})) return open_table_nodes(files);
@@ -235,9 +265,24 @@ std::unique_ptr<meso::FiberStates> open_states(const std::vector<std::filesystem
   return std::make_unique<meso::RunStates>(files[0]);
 }
 
-void probe_states(const std::vector<std::filesystem::path>& files,
-                  const std::function<std::vector<Index>(const meso::FiberStates&)>& which) {
-  constexpr unsigned seconds_a_state = 60;
+namespace {
+
+constexpr unsigned seconds_a_state = 60;
+
+/// Reads one of several files alone, so that it is the one that is named.
+void probe_alone(const std::filesystem::path& file) {
+  try {
+    probe(
+        file.string(), [&] { (void)open_states({file})->read(0); }, seconds_a_state);
+  } catch (const InputError& error) {
+    if (!ends_in(file, {".vtp"})) throw;
+    throw InputError(fmt::format("{}; VTK crashes over arrays that have not one value a cell or point", error.what()));
+  }
+}
+
+}  // namespace
+
+void probe_states(const std::vector<std::filesystem::path>& files, const StateChoice& which) {
   const auto read_all = [&] {
     const auto states = open_states(files);
     (void)states->read(0);
@@ -246,7 +291,12 @@ void probe_states(const std::vector<std::filesystem::path>& files,
       (void)states->read(i);
     }
   };
-  probe(files.empty() ? "" : files[0].string(), read_all, seconds_a_state);
+  try {
+    probe(files.empty() ? "" : files[0].string(), read_all, seconds_a_state);
+  } catch (const InputError&) {
+    for (const std::filesystem::path& file : files) probe_alone(file);
+    throw;
+  }
 }
 
 }  // namespace trame::workflows

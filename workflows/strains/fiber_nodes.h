@@ -18,10 +18,12 @@ namespace trame::workflows {
 /// it.
 [[nodiscard]] std::unique_ptr<meso::FiberStates> open_states(const std::vector<std::filesystem::path>& files);
 
+/// Which states are asked for.
+using StateChoice = std::function<std::vector<Index>(const meso::FiberStates&)>;
+
 /// Opens `files` in a child process and reads state 0 and those that `which` names, see `probe`; what is wrong with
 /// them is for the reading itself to tell. Throws InputError where that would bring down the program.
-void probe_states(const std::vector<std::filesystem::path>& files,
-                  const std::function<std::vector<Index>(const meso::FiberStates&)>& which);
+void probe_states(const std::vector<std::filesystem::path>& files, const StateChoice& which);
 
 /// No file may claim more nodes or fibers in one state: a guard against damaged sizes.
 inline constexpr std::size_t max_file_nodes = 20'000'000;
@@ -39,7 +41,9 @@ struct FiberList {
 /// Throws InputError that begins with `where` unless `start` begins with 0 and gives each fiber at least 2 nodes.
 void check_start(const std::string& where, const std::vector<Index>& start);
 /// Throws InputError that begins with `where` unless all positions are finite.
-void check_finite(const std::string& where, const std::vector<Vec3>& positions);
+void check_finite(const std::string& where, const std::vector<Vec3>& values);
+/// Fails for positions, m, whose squares and products double precision would not hold.
+void check_positions(const std::string& where, const std::vector<Vec3>& positions);
 
 /// Fails unless `name` can be that of a yarn: plain text of bounded length.
 void check_yarn_name(const std::string& where, const std::string& name);
@@ -50,6 +54,8 @@ void make_yarns(const std::vector<std::string>& label_of_fiber, FiberList& list)
 
 /// Whether people call an array of labels of yarns `name`: yarn, Yarn_ID, tow, bundle …
 [[nodiscard]] bool names_yarns(const std::string& name);
+/// The same of fibers: fiber, Fibre ID, filament …
+[[nodiscard]] bool names_fibers(const std::string& name);
 
 /// How many metres a unit of length is. Throws InputError that begins with `where`.
 [[nodiscard]] double metres(const std::string& where, const std::string& unit);

@@ -331,6 +331,7 @@ class Hdf5Nodes : public meso::FiberStates {
   [[nodiscard]] std::vector<Vec3> positions(Index i) const {
     std::vector<Vec3> values = vectors(i, "position");
     for (Vec3& x : values) x *= metres_;
+    check_positions(sets_.where(path(i, "position")), values);
     return values;
   }
 

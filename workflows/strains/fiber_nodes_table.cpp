@@ -73,10 +73,13 @@ std::optional<double> number(const std::string& text) {
 /// What a column holds.
 enum class Column : std::uint8_t { x, y, z, fiber, yarn, radius, unknown };
 
+/// ParaView writes "Points:0" for x.
 Column column_of(std::string name) {
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  if (name.size() == 8 && (name.starts_with("points:") || name.starts_with("points_")))
+    name = std::string(1, static_cast<char>('x' + name.back() - '0'));
   if (name == "x" || name == "y" || name == "z") return static_cast<Column>(name[0] - 'x');
-  if (name == "fiber" || name == "fibre" || name == "fiber_id" || name == "fibre_id") return Column::fiber;
+  if (names_fibers(name)) return Column::fiber;
   if (name == "radius") return Column::radius;
   return names_yarns(name) ? Column::yarn : Column::unknown;
 }
@@ -111,7 +114,8 @@ class TableReader {
     while (stream.getline(line.data(), static_cast<std::streamsize>(line.size())) || stream.gcount() > 0) {
       ++place_.line;
       if (stream.fail() && !stream.eof()) place_.fail(fmt::format("longer than {} bytes", max_line_bytes));
-      take(line.c_str());
+      const std::size_t n_read = static_cast<std::size_t>(stream.gcount()) - (stream.eof() ? 0 : 1);
+      take(line.substr(0, n_read));
     }
     finish();
     return std::move(table_);
@@ -120,6 +124,7 @@ class TableReader {
  private:
   void take(std::string line) {
     if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
+    if (line.find('\0') != line.npos) place_.fail("holds a zero byte; must be a table as text in UTF-8");
     if (const auto first = line.find_first_not_of(" \t\r"); first == line.npos) return;
     if (line.starts_with('#')) return take_comment(line);
     if (separator_ == 0) separator_ = separator_of(line);
@@ -153,8 +158,8 @@ class TableReader {
       if (std::find(columns_.begin(), columns_.end(), column) == columns_.end())
         place_.fail(
             fmt::format("no column \"{}\"; a table of fiber nodes has the columns fiber, x, y, z and may have "
-                        "yarn and radius",
-                        name));
+                        "yarn and radius, a unit in a line \"# unit: um\" before; other columns here: {}",
+                        name, others.empty() ? "none" : others));
     if (!others.empty()) table_.remarks.push_back(fmt::format("columns that are not read: {}", others));
   }
   void take_node(const std::vector<std::string>& fields) {
@@ -191,6 +196,7 @@ class TableReader {
     make_yarns(table_.yarn, table_.list);
     for (Vec3& x : table_.positions) x *= metres_;
     for (double& r : table_.list.radius) r *= metres_;
+    check_positions(place_.file.string(), table_.positions);
     check_start(place_.file.string(), table_.list.start);
     const std::string on_size = remark_on_size(table_.positions, "a line \"# unit: um\"");
     if (!has_unit_ && !on_size.empty()) table_.remarks.push_back(on_size);

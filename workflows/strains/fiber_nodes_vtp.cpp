@@ -292,9 +292,9 @@ Polylines read_polylines(const fs::path& file) {
         fmt::format("{} lines of two points were joined to {} fibers", pieces.size(), cells.size()));
   gather_points(data, cells, lines);
   check_start(file.string() + ": polylines", lines.list.start);
-  check_finite(file.string() + ": Points", lines.positions);
   find_yarns(file, data, cells, lines);
   apply_unit(file, data, lines);
+  check_positions(file.string() + ": Points", lines.positions);
   return lines;
 }
 

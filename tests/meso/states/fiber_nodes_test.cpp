@@ -11,7 +11,6 @@
 #include <cmath>
 #include <csignal>
 
-#include "tests/support/analyse.h"
 #include "tests/support/fiber_files.h"
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/temporary_folder.h"
@@ -190,7 +189,10 @@ TEST_F(Hdf5Nodes, PlacesThatCannotBe) {
   expect_complaint("dataset increments/0/position: nodes 2 and 3 of fiber 2 coincide");
   bad[8].x() = 1e308, bad[7].x() = -1e308;
   Hdf5File(path_).put("increments/0/position", bad);
-  expect_complaint("too far apart to tell");
+  expect_complaint("dataset increments/0/position holds 1e+308 m, at node 7; must be at most 1e+09 m");
+  Hdf5File(path_).put("increments/0/position", straight);
+  Hdf5File(path_).put("increments/1/position", bad);
+  expect_complaint("dataset increments/1/position holds 1e+308 m, at node 7");
 }
 
 TEST_F(Hdf5Nodes, YarnsThatCannotBe) {
@@ -533,6 +535,20 @@ TEST_F(VtpNodes, DamagedNumbers) {
   expect_complaint("damaged VTK file");
 }
 
+/// VTK does not survive an array that has not one value a cell; of several files the one that is damaged is named.
+TEST_F(VtpNodes, ArraysOfOtherSizesAreNoEndOfTheProgram) {
+  write_with("<Points>",
+             "<CellData><DataArray type=\"Int32\" Name=\"yarn\" format=\"ascii\"></DataArray></CellData><Points>");
+  const auto all = [](const meso::FiberStates& states) {
+    return states.n_increments() == 2 ? std::vector<Index>{0, 1} : std::vector<Index>{0};
+  };
+  const std::string message = input_error([&] { probe_states(files_, all); });
+  for (const std::string& part : {files_[1].string() + ": damaged", std::string("one value a cell or point")})
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  write_vtp(files_[1], polylines(bent(), start, {7, -2, 7}));
+  EXPECT_EQ(input_error([&] { probe_states(files_, all); }), "");
+}
+
 TEST_F(VtpNodes, NotAFileOfThisKind) {
   fs::remove(files_[1]);
   expect_complaint("no such file");
@@ -603,6 +619,8 @@ TEST_F(TableNodes, LinesAreNodes) {
     EXPECT_NEAR((r[1] - Vec3(10e-6, 0, 0.5e-6)).norm(), 0, 1e-20) << text;
     EXPECT_EQ(states->read(0).stage, "nodes");
   }
+  for (const char* names : {"Yarn ID,Fiber_ID,Points:0,Points:1,Points:2", "tow,Filament,X,Y,Z"})
+    EXPECT_EQ(states_of(names + std::string("\n7,1,0,0,0\n7,1,3,0,0\n"))->read(0).fibers.r[1], Vec3(3, 0, 0)) << names;
   EXPECT_EQ(states_of("yarn,fiber,x,y,z\na,1,0,0,0\na,1,1,0,0\nb,1,0,1,0\nb,1,1,1,0\n")->header().mesh.yarns.size(),
             2u);
 }
@@ -611,6 +629,18 @@ TEST_F(TableNodes, WhatCannotBeIsToldWithItsLine) {
   expect_complaint("", "holds no fiber nodes");
   expect_complaint("# only\n", "holds no fiber nodes");
   expect_complaint("a,b\n1,2\n", "line 1: no column \"x\"");
+  expect_complaint("fiber,x (um),y,z\n",
+                   "yarn and radius, a unit in a line \"# unit: um\" before; other columns here: \"x (um)\"");
+  expect_complaint(std::string("\xff\xfe"
+                               "f\0i\0",
+                               6),
+                   "line 1: holds a zero byte; must be a table as text in UTF-8");
+  expect_complaint(std::string("fiber,x,y,z\n1,0,0,1\0"
+                               "5\n",
+                               22),
+                   "line 2: holds a zero byte");
+  expect_complaint("fiber,x,y,z\n1,0,0,1e10\n1,0,0,0\n", "holds 1e+10 m, at node 0; must be at most 1e+09 m");
+  expect_complaint("# unit: Ym\nfiber,x,y,z\n1,0,0,1e300\n1,0,0,0\n", "not finite, at node 0");
   expect_complaint("fiber,x,y,z,x\n", "line 1: a second column \"x\"");
   expect_complaint("1 2 3\n", "line 1: 3 numbers; without column names a line holds fiber, x, y, z or");
   expect_complaint("fiber,x,y,z\n1,0,0\n", "line 2: 3 fields, expected 4");
@@ -675,42 +705,6 @@ TEST(Probe, TellsOfReadingThatWaitsForEver) {
 TEST(Probe, LeavesErrorsToTheReadingItself) {
   EXPECT_EQ(input_error([] { probe("a.h5", [] { throw InputError("b"); }); }), "");
   EXPECT_EQ(input_error([] { probe("a.h5", [] {}); }), "");
-}
-
-// ---- the same strains, wherever the nodes come from -----------------------------------------------------------------
-
-TEST(FiberNodes, GiveTheSameStrainsAsAStateFile) {
-  const TemporaryFolder folder;
-  const LatticeYarns yarns{.n_yarns = 2};
-  const micro::FiberMesh mesh = yarns.mesh();
-  micro::Increment states[2];
-  states[0].fibers = yarns.configuration();
-  states[1].fibers = mapped(yarns.configuration(), Vec3(1.02, 1, 0.96).asDiagonal());
-  {
-    micro::SnapshotWriter writer(folder / "states.h5", {"1", "scene", "", mesh, {}});
-    Hdf5File nodes(folder / "nodes.h5");
-    nodes.put("fibers/start", std::vector<int>(mesh.first_node.begin(), mesh.first_node.end()));
-    nodes.put("fibers/yarn", std::vector<int>(mesh.yarn_of_fiber.begin(), mesh.yarn_of_fiber.end()));
-    for (int i = 0; i < 2; ++i) {
-      writer.append(states[i]);
-      nodes.put("increments/" + std::to_string(i) + "/position", states[i].fibers.r);
-      write_vtp(folder / (std::to_string(i) + ".vtp"),
-                polylines(states[i].fibers.r, mesh.first_node, {mesh.yarn_of_fiber.begin(), mesh.yarn_of_fiber.end()}));
-    }
-  }
-  const auto analysis = [](const std::vector<fs::path>& files) {
-    return meso::test::analyse(*open_states(files), {.to = {1}}).strains;
-  };
-  const auto run = analysis({folder / "states.h5"});
-  for (const auto& other : {analysis({folder / "nodes.h5"}), analysis({folder / "0.vtp", folder / "1.vtp"})}) {
-    ASSERT_EQ(other.size(), 2u);
-    for (int y = 0; y < 2; ++y) {
-      EXPECT_EQ(other[y].n_tets, run[y].n_tets);
-      EXPECT_NEAR(other[y].axial.mean, 0.5 * (1.02 * 1.02 - 1), 1e-12);
-      EXPECT_NEAR(other[y].vertical.max, 0.5 * (0.96 * 0.96 - 1), 1e-12);
-      EXPECT_NEAR(other[y].gamma_max.mean, run[y].gamma_max.mean, 1e-12);
-    }
-  }
 }
 
 }  // namespace
