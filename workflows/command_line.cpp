@@ -75,8 +75,9 @@ fs::path find_scene(const std::string& scene, const fs::path& data) {
   const fs::path folder = data / "scenes";
   const bool is_path = scene.find('/') != std::string::npos || scene.ends_with(".toml");
   const fs::path file = is_path ? fs::path(scene) : folder / (scene + ".toml");
-  if (fs::is_regular_file(file)) return file;
-  if (fs::is_directory(file) || (!is_path && fs::is_directory(scene)))
+  std::error_code unreadable;  // names without bound, links in circles: there is no such file
+  if (fs::is_regular_file(file, unreadable)) return file;
+  if (fs::is_directory(file, unreadable) || (!is_path && fs::is_directory(scene, unreadable)))
     throw InputError(fmt::format("scene {}: is a folder; must be a file, such as {}, or a scene of {}: {}", scene,
                                  (fs::path(scene) / "scene.toml").string(), folder.string(),
                                  fmt::join(scene_names(folder), ", ")));

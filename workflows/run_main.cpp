@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <omp.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@
 #include <system_error>
 
 #include "micro/core/error.h"
+#include "micro/core/quantity.h"
 #include "micro/core/text.h"
 
 namespace trame::workflows {
@@ -65,9 +67,13 @@ int tell_exception(const std::string& program) {
     return tell(program, error.what(), exit_bad_input);
   } catch (const WriteError& error) {
     return tell(program, error.what(), exit_ended_early);
+  } catch (const NoUnits& error) {
+    return tell(program, error.what(), exit_ended_early);
   } catch (const std::filesystem::filesystem_error& error) {
-    return tell(program, error.what(), exit_bad_input);
-  } catch (const std::system_error& error) {  // standard output on a full disk
+    const std::string message = fmt::format("{}: {}", error.path1().string(), error.code().message());
+    return tell(program, message, is_lack_of_space(error.code().value()) ? exit_ended_early : exit_bad_input);
+  } catch (const std::system_error& error) {  // standard output: its reader has seen enough, or its disk is full
+    if (error.code().value() == EPIPE) return exit_done;
     return tell(program, error.what(), is_lack_of_space(error.code().value()) ? exit_ended_early : exit_unexpected);
   } catch (const std::bad_alloc&) {
     return tell(program, no_memory, exit_bad_input);
@@ -78,6 +84,18 @@ int tell_exception(const std::string& program) {
   } catch (...) {
     return tell(program, "unexpected failure", exit_unexpected);
   }
+}
+
+/// The OpenMP library does not survive any number.
+void check_number_of_threads() {
+  constexpr int most = 1024;
+  if (const int n = omp_get_max_threads(); n > most)
+    throw InputError(fmt::format("OMP_NUM_THREADS = {}: must be at most {}", n, most));
+}
+
+/// A list that is cut because its disk is full is no list.
+void flush_standard_output() {
+  if (std::fflush(stdout) != 0) throw std::system_error(errno, std::generic_category(), "standard output");
 }
 
 std::string running_program = "trame";
@@ -95,10 +113,14 @@ int run_main(const std::string& program, char** argv, const std::function<int()>
   open_standard_streams();
   leave_out_blas_threads(argv);
   std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
   running_program = program;
   std::set_terminate(end_of_a_thread);
   try {
-    return body();
+    check_number_of_threads();
+    const int code = body();
+    flush_standard_output();
+    return code;
   } catch (...) {
     return tell_exception(program);
   }

@@ -40,8 +40,8 @@ class Terminal {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// From here on the first Ctrl-C (or SIGTERM, or SIGHUP where it was not ignored) sets the returned flag and says so; a
-/// second one ends the process at once. Output to a reader that went away no longer ends it.
+/// From here on the first Ctrl-C (or SIGTERM, or SIGXCPU, or SIGHUP where it was not ignored) sets the returned flag
+/// and says so; a second one ends the process at once.
 [[nodiscard]] const std::atomic<bool>& stop_on_signals();
 
 }  // namespace trame::workflows

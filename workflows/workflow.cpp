@@ -271,7 +271,7 @@ int run_command_line(const Program& program, int argc, char** argv) {
   Terminal terminal(stdout);
   if (!options) return exit_done;
   if (options->print_schema) {
-    terminal.line(micro::scene_schema());
+    fmt::print("{}\n", micro::scene_schema());
     return exit_done;
   }
   const Task task = load_task(*options);

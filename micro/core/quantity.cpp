@@ -28,7 +28,10 @@ using UnitSystem = std::unique_ptr<ut_system, decltype(&ut_free_system)>;
 UnitSystem load_units() {
   ut_set_error_message_handler(ut_ignore);  // the default writes to stderr
   UnitSystem system(ut_read_xml(nullptr), ut_free_system);
-  if (!system) throw InputError("the unit database of UDUNITS (udunits2.xml) cannot be read: is it installed?");
+  if (!system)
+    throw NoUnits(
+        "the unit database of UDUNITS (udunits2.xml) cannot be read: is it installed, may a process open that many "
+        "files (ulimit -n)?");
   const Unit degree(ut_get_unit_by_name(system.get(), "arc_degree"), ut_free);
   if (degree) ut_map_name_to_unit("deg", UT_ASCII, degree.get());
   return system;
@@ -113,6 +116,8 @@ std::pair<double, std::string_view> split_number(std::string_view text) {
 }  // namespace
 
 double parse_quantity(std::string_view text, std::string_view si_unit) {
+  constexpr std::size_t longest = 1000;  // UDUNITS goes as deep as its brackets do
+  if (text.size() > longest) throw InputError(fmt::format("longer than {} bytes", longest));
   const std::string plain = with_plain_signs(text);
   const auto [value, after] = split_number(trimmed(plain));
   const std::string unit_text(trimmed(after));

@@ -80,7 +80,9 @@ void read_types(const SceneValue& root, Scene& scene) {
 
 void check_points(const SceneValue& table, const std::vector<Vec3>& points) {
   const SceneValue value = *table.find("points");
-  if (points.size() < 2) value.fail("must be a list of at least two points");
+  constexpr std::size_t most = 1000;  // the spline through them solves with a full matrix
+  if (points.size() < 2 || points.size() > most)
+    value.fail(fmt::format("must be a list of at least two points, and at most {}", most));
   for (std::size_t i = 1; i < points.size(); ++i)
     if (points[i] == points[i - 1]) value.fail(fmt::format("points {} and {} must not coincide", i, i + 1));
 }
@@ -174,9 +176,11 @@ void check_enriched_only(const SceneValue& root, const Scene& scene) {
   const std::vector<Index> types = fiber_types_in_use(scene);
   if (std::none_of(types.begin(), types.end(), [&](Index type) { return is_ever_enriched(scene, type); }))
     refuse_asked(root.find("effects"), {"twist_stretch"}, "no fiber is of the enriched model in any stage");
+  if (scene.fibers.empty()) return;
+  const std::vector<SceneValue> fibers = root.find("fiber")->tables();
   for (std::size_t i = 0; i < scene.fibers.size(); ++i)
     if (!is_ever_enriched(scene, scene.fibers[i].type))
-      refuse(root.find("fiber")->tables()[i], {"section_axis"}, "this fiber is of the enriched model in no stage");
+      refuse(fibers[i], {"section_axis"}, "this fiber is of the enriched model in no stage");
 }
 
 /// Nodes are counted in 32 bits, and so are their dofs. Counted in floating point, which cannot overflow here.

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <span>
@@ -627,6 +628,30 @@ TEST(BadScenes, KeysWithoutBottom) {
 TEST(BadScenes, ControlCharacters) {
   EXPECT_EQ(error_of(std::string("\n[\0x]\n", 6)), "bad.toml: line 2: a control character, \"\\x00\"");
   EXPECT_EQ(error_of("# \x1b[2J\n" + good_scene), "bad.toml: line 1: a control character, \"\\x1b\"");
+}
+
+/// A scene is read in seconds, whatever its size.
+TEST(BadScenes, ListsAndTextsWithoutBound) {
+  std::string toml = good_scene;
+  std::string points = "[[\"0 mm\", \"0 mm\", \"1 mm\"]";
+  for (int i = 1; i <= 1000; ++i) points += fmt::format(", [\"{} um\", \"0 mm\", \"1 mm\"]", i);
+  const std::string two = "[[\"0 mm\", \"0 mm\", \"1 mm\"], [\"1 mm\", \"0 mm\", \"1 mm\"]]";
+  const std::string message = error_of(toml.replace(toml.find(two), two.size(), points + "]"));
+  EXPECT_NE(message.find("must be a list of at least two points, and at most 1000 (line"), std::string::npos)
+      << message;
+  toml = good_scene;
+  const std::string unit = "2 lg(re " + std::string(2000, '(') + "m" + std::string(2001, ')');
+  const std::string long_unit = error_of(toml.replace(toml.find("20 um"), 5, unit));
+  EXPECT_NE(long_unit.find("...: longer than 1000 bytes; must be a length"), std::string::npos) << long_unit;
+  std::string many = "[effects]\ncontact = \"none\"\n" + bare_scene;
+  for (int i = 0; i < 3000; ++i)
+    many += fmt::format(
+        "[[fiber]]\nname = \"{0}\"\nfiber_type = \"t\"\nelements = 1\npoints = [[\"0 m\", \"{0} mm\", \"0 m\"], "
+        "[\"1 mm\", \"{0} mm\", \"0 m\"]]\n",
+        i);
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(error_of(many), "no error");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
 }
 
 TEST(BadScenes, FilesWithoutBound) {

@@ -50,6 +50,32 @@ TEST(FullStandardOutput, DoesNotEndARun) {
   EXPECT_EQ(run(folder.path(), {TRAME_STRAIN_POST, "o/states.h5", "--list"}).exit_code, 0);
 }
 
+TEST(FullStandardOutput, OfAListIsToldInOneSentence) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(run_in_shell(folder.path(), simulate).exit_code, 0);
+  for (const std::string list : {std::string(TRAME_STRAIN_POST) + " o/states.h5 --list",
+                                 std::string(TRAME_SIMULATE_FIBERS) + " --print-schema"}) {
+    const Outcome outcome = run_in_shell(folder.path(), list + " >/dev/full");
+    EXPECT_EQ(outcome.exit_code, 3) << list;
+    EXPECT_NE(outcome.err.find("No space left"), std::string::npos) << outcome.err;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+  }
+}
+
+/// As `| head -1` does.
+TEST(ReaderOfStandardOutput, MayGoAway) {
+  const TemporaryFolder folder;
+  const auto unread = [&](const std::string& command) {
+    return run(folder.path(), {"bash", "-c", command + " | true; exit ${PIPESTATUS[0]}"}).exit_code;
+  };
+  EXPECT_EQ(unread(simulate), 0);
+  EXPECT_EQ(nlohmann::json::parse(read_text(folder / "o/summary.json")).at("status"), "done");
+  EXPECT_EQ(unread(std::string(TRAME_STRAIN_POST) + " o/states.h5 --list"), 0);
+  EXPECT_EQ(unread(std::string(TRAME_SIMULATE_FIBERS) + " --print-schema"), 0);
+  EXPECT_EQ(unread(std::string(TRAME_STRAIN_POST) + " o/states.h5 --no-report"), 0);
+  EXPECT_TRUE(fs::exists(folder / "o/strains/continuum.csv"));
+}
+
 /// Limits of a shell stand in for a full disk.
 TEST(FullDisk, EndsARunWithWholeFilesAndOneSentence) {
   for (const int kilobytes : {40, 120, 700, 1500}) {
@@ -151,7 +177,7 @@ TEST(FileSystemsWithoutLocks, StillHaveOneWriterAFolder) {
 }
 
 TEST(Signals, OfAClosedTerminalAndOfABatchSystemSaveTheRun) {
-  for (const int signal : {SIGHUP, SIGTERM, SIGINT}) {
+  for (const int signal : {SIGHUP, SIGTERM, SIGINT, SIGXCPU}) {
     const TemporaryFolder folder;
     Process process(folder.path(), {TRAME_RUN_WORKFLOW, "plain_small", "--threads", "1", "--out", "o"});
     ASSERT_TRUE(process.wait_for_output("increment 2 ", 300));
@@ -243,6 +269,31 @@ TEST(Memory, WithinALimitOfTheShellEndsClearly) {
                                 TRAME_SIMULATE_FIBERS + " plain_small --threads 1 --out o"});
     EXPECT_TRUE(outcome.exit_code == 0 || outcome.exit_code == 2 || outcome.exit_code == 3)
         << megabytes << " MB: " << outcome.exit_code << outcome.err;
+  }
+}
+
+TEST(Units, WithoutTheirDatabaseAreNoFaultOfTheScene) {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run(folder.path(), {TRAME_SIMULATE_FIBERS, "cantilever", "--check"}, {"UDUNITS2_XML_PATH=/nonexistent"});
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_EQ(outcome.err.find("simulate_fibers: the unit database of UDUNITS"), 0U) << outcome.err;
+}
+
+TEST(Threads, OfTheEnvironmentAreBounded) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run(folder.path(), {TRAME_SIMULATE_FIBERS, "cantilever"}, {"OMP_NUM_THREADS=100000"});
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_NE(outcome.err.find("OMP_NUM_THREADS = 100000: must be at most 1024"), std::string::npos) << outcome.err;
+}
+
+TEST(Scene, OfAPathThatLeadsNowhereIsNotThere) {
+  const TemporaryFolder folder;
+  fs::create_symlink("loop.toml", folder / "loop.toml");
+  for (const std::string& scene : {std::string("loop.toml"), std::string(5000, 'x'), std::string(300, 'x') + ".toml"}) {
+    const Outcome outcome = run(folder.path(), {TRAME_SIMULATE_FIBERS, scene});
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_NE(outcome.err.find("there is no file"), std::string::npos) << outcome.err;
   }
 }
 

@@ -173,20 +173,19 @@ void print_all(const std::vector<trame::micro::Yarn>& yarns, const YarnComparer&
   print_validity(yarns, comparison);
 }
 
-/// With what a run wrote beside its states.
-void report(const FiberStates& states, const Arguments& arguments, const Comparison& comparison) {
+/// With what a run wrote beside its states. What the report lacks.
+std::string report(const FiberStates& states, const Arguments& arguments, const Comparison& comparison) {
   const fs::path folder = fs::absolute(arguments.states[0]).parent_path();
   const auto beside = [&](const char* name) {
     const bool is_run = !states.header().version.empty();
     return is_run && fs::exists(folder / name) ? folder / name : fs::path();
   };
-  const std::string lacks = write_report({.states = states,
-                                          .comparisons = {&comparison},
-                                          .file = arguments.out / "report.html",
-                                          .yarns = arguments.settings.yarns,
-                                          .summary = beside("summary.json"),
-                                          .curves = beside("curves.csv")});
-  if (!lacks.empty()) fmt::print("report.html: {}\n", lacks);
+  return write_report({.states = states,
+                       .comparisons = {&comparison},
+                       .file = arguments.out / "report.html",
+                       .yarns = arguments.settings.yarns,
+                       .summary = beside("summary.json"),
+                       .curves = beside("curves.csv")});
 }
 
 void run(Arguments& arguments) {
@@ -194,7 +193,7 @@ void run(Arguments& arguments) {
   const auto opened = open_states(arguments.states);
   const FiberStates& states = *opened;
   for (const std::string& remark : states.remarks())
-    fmt::print(stderr, "strain_post: {}: {}.\n", states.name(), trame::printable(remark));
+    std::fputs(fmt::format("strain_post: {}: {}.\n", states.name(), trame::printable(remark)).c_str(), stderr);
   if (arguments.list) return print_states(states);
   if (states.header().mesh.yarns.empty()) throw InputError(states.name() + ": holds no yarn");
   const Index a = find_state(states, "--from", arguments.from), b = find_state(states, "--to", arguments.to);
@@ -211,8 +210,10 @@ void run(Arguments& arguments) {
   const Comparison comparison = compare_states(comparer, arguments, a, to);
   const std::vector<trame::micro::Yarn>& yarns = states.header().mesh.yarns;
   write_tables(arguments, yarns, comparison);
+  const std::string lacks = arguments.no_report ? "" : report(states, arguments, comparison);
+  // Only when all is written: there may be no one to read it.
   print_all(yarns, comparer, comparison);
-  if (!arguments.no_report) report(states, arguments, comparison);
+  if (!lacks.empty()) fmt::print("report.html: {}\n", lacks);
   fmt::print("\nResults in {}; ParaView: open yarns.pvd, Apply, colour by E_axial\n", arguments.out.string());
 }
 
