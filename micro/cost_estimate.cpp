@@ -131,20 +131,20 @@ class StageCost {
   }
 
   /// 3 × 3 blocks of the tangents of contact elements.
-  static double blocks_of(const FiberPoint& a, const FiberPoint& b) {
+  static double blocks_of(const CurveShape& a, const CurveShape& b) {
     const double n = a.n_nodes * a.n_vectors + b.n_nodes * b.n_vectors;
     return 0.5 * n * n;
   }
-  static double count_blocks(const std::vector<ContactElement>& elements) {
+  [[nodiscard]] double count_blocks(const std::vector<ContactElement>& elements) const {
     double blocks = 0;
-    for (const ContactElement& e : elements) blocks += blocks_of(e.a, e.b);
+    for (const ContactElement& e : elements)
+      blocks += blocks_of(model_.field.shape(e.fiber_a, e.s_a), model_.field.shape(e.fiber_b, e.s_b));
     return blocks;
   }
   [[nodiscard]] double count_blocks(const std::vector<CrossingOrder::Element>& elements) const {
     double blocks = 0;
     for (const CrossingOrder::Element& e : elements)
-      blocks += blocks_of(model_.field.curve_forms(e.a.fiber, e.a.element, e.a.s).r,
-                          model_.field.curve_forms(e.b.fiber, e.b.element, e.b.s).r);
+      blocks += blocks_of(model_.field.shape(e.a.fiber, e.a.s), model_.field.shape(e.b.fiber, e.b.s));
     return blocks;
   }
   /// Seconds for contact elements: to make them anew at every detection, and to assemble them.

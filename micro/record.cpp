@@ -31,7 +31,7 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.s_a.push_back(e.s_a * scales.length);
     record.s_b.push_back(e.s_b * scales.length);
     record.position.push_back(0.5 * (a + b) * scales.length);
-    const Vec3 direction = e.measured.force_direction();
+    const Vec3 direction = e.measured.force_direction;
     record.normal.push_back(direction.normalized());
     record.gap.push_back(gap * scales.length);
     record.normal_force.push_back(e.force(model.contact->regularisation(e)) * direction.norm() * scales.force());

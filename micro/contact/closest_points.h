@@ -3,8 +3,7 @@
 /// Chords between two centre lines: the shortest one nearby, and the shortest one at a given mean arc length.
 ///
 /// With c = r_b(s_b) − r_a(s_a), both are minima of ½|c|² over the arc lengths of the feet, found by Newton's method with
-/// the second derivatives r'', safeguarded: brackets along a line, projected steps in a box. Where two elements of an
-/// enriched fiber join, the tangent jumps, and a foot may rest there without c being normal to either.
+/// the second derivatives r'', safeguarded: brackets along a line, projected steps in a box.
 
 #include <array>
 #include <cmath>
@@ -14,17 +13,15 @@
 
 namespace trame::micro {
 
-/// A point of a centre line, by the polynomials of one element.
+/// A point of a centre line.
 struct Foot {
   Index fiber = 0;
   double s = 0;
-  Index element = 0;
 
-  void keep(Archive& archive) { archive(fiber, s, element); }
+  void keep(Archive& archive) { archive(fiber, s); }
   /// Whether there is such a place.
   [[nodiscard]] bool is_on(const FiberMesh& mesh) const {
-    return fiber >= 0 && fiber < mesh.n_fibers() && element >= 0 && element < mesh.n_elements(fiber) &&
-           std::isfinite(s);
+    return fiber >= 0 && fiber < mesh.n_fibers() && std::isfinite(s);
   }
 };
 

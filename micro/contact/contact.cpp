@@ -33,8 +33,6 @@ ContactHistory remember(const ContactElement& e, Index traction) {
   return h;
 }
 
-constexpr double near_joint = 0.15;  // of an element: how far lowest points to either side of it may be
-
 bool is_before(const ContactElement& e, Index fiber_a, Index fiber_b, double s_a) {
   return std::tie(e.fiber_a, e.fiber_b, e.s_a) < std::tie(fiber_a, fiber_b, s_a);
 }
@@ -215,7 +213,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
 StickSlip Contact::make_stick_slip(ContactElement& e, const ContactHistory* known) const {
   StickSlip s;
   place_particles(field_, e);
-  s.normal = e.measured.force_direction().normalized();
+  s.normal = e.measured.force_direction.normalized();
   s.x_start = e.relative_position(field_.layout(), start_);
   s.slip_limit = law_.friction_coefficient * e.force(regularisation(e));
   s.tangential_stiffness = s.slip_limit / (law_.reversible_slip * mean_radius(e.fiber_a, e.fiber_b));
@@ -250,7 +248,7 @@ void Contact::update(const State& state, bool keep) {
       same = nullptr;
     }
     if (same) found_again[same - before.data()] = 1;
-    if (same && keep) p = same->pair;  // of two lowest points beside a joint it keeps its own
+    if (same && keep) p = same->pair;
     found.push_back({p, same});
   }
   for (std::size_t i = 0; i < before.size() && keep; ++i)
@@ -289,52 +287,9 @@ void Contact::update(const State& state, bool keep) {
       stick_slip_[i] = make_stick_slip(e, known_[i]);
     }
   }
-  pair_across_joints();
   if (slip_energy_n_) return;
   slip_energy_n_ = slip_energy_at_start();
   elements_n_ = elements_;
-}
-
-/// Points of the same fibers to either side of a joint, near it. Elements are sorted by fibers and arc length of a.
-void Contact::pair_across_joints() {
-  across_joints_.clear();
-  const auto look = [&](std::size_t i, std::size_t j, bool on_a) {
-    const ContactElement &p = elements_[i], &q = elements_[j];
-    const Foot &from = on_a ? p.pair.chord.a : p.pair.chord.b, &to = on_a ? q.pair.chord.a : q.pair.chord.b;
-    const bool others_differ =
-        on_a ? p.pair.chord.b.element != q.pair.chord.b.element : p.pair.chord.a.element != q.pair.chord.a.element;
-    if (field_.model(from.fiber) != FiberModel::enriched || others_differ || std::abs(from.element - to.element) != 1)
-      return;
-    const double h = field_.element_length(from.fiber), joint = h * std::max(from.element, to.element);
-    if (std::max(std::abs(from.s - joint), std::abs(to.s - joint)) < near_joint * h)
-      across_joints_.push_back({i, j, on_a, joint});
-  };
-  for (std::size_t i = 0; i < elements_.size(); ++i) {
-    const ContactElement& p = elements_[i];
-    const double reach = 2 * near_joint * field_.element_length(p.fiber_a);
-    for (std::size_t j = i + 1; j < elements_.size() && p.crossing; ++j) {
-      const ContactElement& q = elements_[j];
-      if (q.fiber_a != p.fiber_a || q.fiber_b != p.fiber_b || q.s_a - p.s_a > reach) break;
-      if (!q.crossing || std::abs(q.s_b - p.s_b) > 2 * near_joint * field_.element_length(p.fiber_b)) continue;
-      look(i, j, true);
-      look(i, j, false);
-    }
-  }
-  share_across_joints();
-}
-
-void Contact::share_across_joints() {
-  for (const AcrossJoint& j : across_joints_) elements_[j.first].share = elements_[j.second].share = 1;
-  for (const AcrossJoint& j : across_joints_) {
-    ContactElement &p = elements_[j.first], &q = elements_[j.second];
-    // Where both are at the joint, round-off shall not decide.
-    const double epsilon = 1e-6 * field_.element_length(j.on_a ? p.fiber_a : p.fiber_b);
-    const double x = epsilon + std::abs((j.on_a ? p.s_a : p.s_b) - j.joint),
-                 y = epsilon + std::abs((j.on_a ? q.s_a : q.s_b) - j.joint);
-    const double of_first = x / (x + y);
-    p.share *= of_first;
-    q.share *= 1 - of_first;
-  }
 }
 
 bool Contact::follow(const State& state, Follow what) {
@@ -347,7 +302,6 @@ bool Contact::follow(const State& state, Follow what) {
     e.pair.chord.b = e.feet_at_iteration[1];
     micro::follow(field_, state, e);
   }
-  share_across_joints();
   if (what == Follow::trial) return false;
 #pragma omp parallel for schedule(static) reduction(|| : grown)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
@@ -395,7 +349,7 @@ double Contact::slip_energy(const State& state) const {
 }
 
 void Contact::announce(Pattern::Builder& builder) const {
-  for (const ContactElement& e : elements_) e.covered.announce(field_, e.fiber_a, e.fiber_b, builder);
+  for (const ContactElement& e : elements_) e.covered.announce(builder);
 }
 
 void Contact::add(const State& state, Assembler& assembler) const {
@@ -481,7 +435,7 @@ bool Contact::stiffen(const State&, double elastic_energy) {
       }
     }
     // The force that it has now, at no penetration.
-    e.preload = penetration_of_force(f, e.share * e.penalty, p_reg);
+    e.preload = penetration_of_force(f, e.penalty, p_reg);
     e.penetration_before = std::max(p, 1e-12);
     changed = true;
   }

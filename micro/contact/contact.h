@@ -85,8 +85,6 @@ class Contact final : public Effect {
   [[nodiscard]] double spacing(Index a, Index b) const;
   [[nodiscard]] double starting_scale(const Proximity& proximity) const;
   void note_loaded_particles();
-  void pair_across_joints();
-  void share_across_joints();
   void adapt_penalties();
   /// Books what became of the contacts of the last accepted state on the way to `state`. Returns the force of each of
   /// `elements` at the step's start.
@@ -102,12 +100,6 @@ class Contact final : public Effect {
          allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
   std::vector<ContactElement> elements_;
   std::vector<const ContactHistory*> known_;  // of each element; in history_
-  struct AcrossJoint {
-    std::size_t first, second;  // elements
-    bool on_a;                  // the joint is one of fiber a
-    double joint;               // arc length
-  };
-  std::vector<AcrossJoint> across_joints_;
   std::vector<StickSlip> stick_slip_;
   std::vector<ContactHistory> history_;  // of the last accepted increment, sorted like elements_
   std::vector<Vec3> tractions_;

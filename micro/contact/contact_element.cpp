@@ -28,30 +28,56 @@ Friction friction(const StickSlip& stick_slip, const Vec3& relative_position) {
 
 namespace {
 
-/// The linear form of a section vector at a foot: the shape functions of the centre line of an enriched beam.
-Vec3 section_vector(const FiberPoint& shape, int v, const Layout& layout, const State& state) {
-  const Vec3* q = state.q.data() + layout.first_vector(shape.first_node);
-  Vec3 g = Vec3::Zero();
-  for (int a = 0; a < shape.n_nodes; ++a) g += shape.weight[a][0] * q[3 * a + v];
-  return g;
-}
+/// A section in direction `outward` at a foot.
+struct SeenSection {
+  double size = 0;   // R |w|
+  double slope = 0;  // its derivative by arc length
+  Gap::Section section;
+};
 
-/// Support of a section in direction `outward`; returns R |w|.
-double measure_section(const FiberField& field, const State& state, const Foot& foot, double radius,
-                       const Vec3& outward, Gap::Section& section) {
-  section = {};
-  if (field.model(foot.fiber) != FiberModel::enriched) return 0;
-  const auto forms = field.curve_forms(foot.fiber, foot.element, foot.s);
-  const Vec3 g1 = section_vector(forms.r, 1, field.layout(), state),
-             g2 = section_vector(forms.r, 2, field.layout(), state);
+SeenSection see_section(const FiberField& field, const State& state, const Foot& foot, double radius,
+                        const Vec3& outward) {
+  SeenSection seen;
+  if (field.model(foot.fiber) != FiberModel::enriched) return seen;
+  const CurveShape shape = field.shape(foot.fiber, foot.s);
+  const auto [g1, g2] = field.section(state, shape, shape.r);
   const Vec2 w(outward.dot(g1), outward.dot(g2));
   const double size = w.norm();
-  if (size < 1e-6) return 0;  // a section seen edge on has no outermost particle
+  if (size < 1e-6) return seen;  // a section seen edge on has no outermost particle
+  Gap::Section& section = seen.section;
   section.w = w / size;
   section.curvature = radius / size;
   section.outermost = radius * (section.w[0] * g1 + section.w[1] * g2);
   section.beside = -section.w[1] * g1 + section.w[0] * g2;
-  return radius * size;
+  const auto [slope1, slope2] = field.section(state, shape, shape.tangent);
+  seen.size = radius * size;
+  seen.slope = radius * outward.dot(section.w[0] * slope1 + section.w[1] * slope2);
+  return seen;
+}
+
+/// `growth_a`, `growth_b`: derivatives of R |w| by arc length.
+Gap::Sliding sliding(const Gap& g, const Chord& chord, double growth_a, double growth_b) {
+  Gap::Sliding s;
+  if (g.inverse_distance == 0 || chord.n_free == 0) return s;
+  Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
+  Vec2 slope = Vec2::Zero();
+  const Vec3 x = g.a.outermost - g.b.outermost;
+  for (int i = 0; i < chord.n_free; ++i) {
+    const Vec2& f = chord.free[i];
+    s.along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
+    s.turn[i] = g.inverse_distance * g.across(s.along[i]);
+    for (int j = 0; j <= i; ++j)
+      a(i, j) = a(j, i) = s.along[j].dot(s.turn[i]) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
+                                                                   f[0] * chord.free[j][0] * chord.at_a.curvature);
+    slope[i] = -x.dot(s.turn[i]) - f[0] * growth_a - f[1] * growth_b;
+  }
+  // A valley that is level to round-off holds no foot.
+  const double steep = g.inverse_distance * (chord.at_a.tangent.squaredNorm() + chord.at_b.tangent.squaredNorm());
+  if (std::abs(a.determinant()) < 1e-12 * (chord.n_free == 2 ? steep * steep : steep)) return s;
+  s.n = chord.n_free;
+  s.inverse = a.inverse();
+  s.to_other_sections = s.inverse * slope;
+  return s;
 }
 
 }  // namespace
@@ -66,8 +92,14 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
   // A direction that turned over since the last increment means that the axes passed through each other: push back.
   if (reliable && e.has_side && g.normal.dot(e.side) < -0.5) g.normal = -g.normal;
   g.inverse_distance = reliable ? 1 / g.normal.dot(c) : 0;
-  g.value = g.normal.dot(c) - e.offset - measure_section(field, state, e.pair.chord.a, e.radius_a, g.normal, g.a) -
-            measure_section(field, state, e.pair.chord.b, e.radius_b, -g.normal, g.b);
+  const SeenSection a = see_section(field, state, e.pair.chord.a, e.radius_a, g.normal),
+                    b = see_section(field, state, e.pair.chord.b, e.radius_b, -g.normal);
+  g.a = a.section;
+  g.b = b.section;
+  g.value = g.normal.dot(c) - e.offset - a.size - b.size;
+  g.sliding = sliding(g, e.pair.chord, a.slope, b.slope);
+  g.force_direction = g.normal - g.inverse_distance * g.across(g.a.outermost - g.b.outermost);
+  for (int i = 0; i < g.sliding.n; ++i) g.force_direction -= g.sliding.to_other_sections[i] * g.sliding.turn[i];
   e.normal = g.normal;
   e.s_a = e.pair.chord.a.s;
   e.s_b = e.pair.chord.b.s;
@@ -79,15 +111,9 @@ void follow(const FiberField& field, const State& state, ContactElement& e) {
 }
 
 void place_particles(const FiberField& field, ContactElement& e) {
-  const auto particle = [&](const Foot& foot, double radius, const Gap::Section& section) {
-    FiberPoint p = field.curve_forms(foot.fiber, foot.element, foot.s).r;
-    if (p.n_vectors == 3)
-      for (int a = 0; a < p.n_nodes; ++a)
-        for (int v = 0; v < 2; ++v) p.weight[a][v + 1] = p.weight[a][0] * radius * section.w[v];
-    return p;
-  };
-  e.a = particle(e.pair.chord.a, e.radius_a, e.measured.a);
-  e.b = particle(e.pair.chord.b, e.radius_b, e.measured.b);
+  const Foot &a = e.pair.chord.a, &b = e.pair.chord.b;
+  e.a = field.particle(a.fiber, a.s, e.radius_a * e.measured.a.w);
+  e.b = field.particle(b.fiber, b.s, e.radius_b * e.measured.b.w);
 }
 
 namespace {
@@ -137,87 +163,62 @@ bool touches(const FiberPoint& a, const FiberPoint& b, const Assembler& assemble
          assembler.touches(b.first_node, b.first_node + b.n_nodes - 1);
 }
 
-/// How the feet slide: the forms B_e = δ(∂d/∂e), d = n·c, and A = ∂²d/∂e∂e' along their free directions e, so that the
-/// feet move by −A⁻¹ B.
-struct Sliding {
-  int n = 0;
-  std::array<Vec3, 2> along;  // ∂c/∂e
-  std::array<LocalForms::Form, 2> b;
-  Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  // of A
-
-  /// form += direction·δc, of the chord between feet that slide.
-  void add_chord(LocalForms::Form& form, const Vec3& direction, const LocalForms& local) const {
-    local.add_position(form, 1, direction);
-    local.add_position(form, 0, -direction);
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j) form -= direction.dot(along[i]) * inverse(i, j) * b[j];
-  }
-};
-
-Sliding sliding(const ContactElement& e, const LocalForms& local) {
-  Sliding s;
+/// The forms B_e of how the feet slide.
+std::array<LocalForms::Form, 2> sliding_forms(const ContactElement& e, const LocalForms& local) {
+  std::array<LocalForms::Form, 2> b{local.zero(), local.zero()};
   const Gap& g = e.measured;
-  const Chord& chord = e.pair.chord;
-  if (g.inverse_distance == 0) return s;
-  Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
-  const auto across = [&](const Vec3& v) -> Vec3 { return v - g.normal * g.normal.dot(v); };
-  for (int i = 0; i < chord.n_free; ++i) {
-    const Vec2& f = chord.free[i];
-    s.along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
-    s.b[i] = local.zero();
-    const Vec3 turn = g.inverse_distance * across(s.along[i]);
-    local.add_position(s.b[i], 1, turn);
-    local.add_position(s.b[i], 0, -turn);
-    if (f[0] != 0) local.add_tangent(s.b[i], 0, -f[0] * g.normal);
-    if (f[1] != 0) local.add_tangent(s.b[i], 1, f[1] * g.normal);
-    for (int j = 0; j <= i; ++j)
-      a(i, j) = a(j, i) = s.along[j].dot(turn) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
-                                                              f[0] * chord.free[j][0] * chord.at_a.curvature);
+  for (int i = 0; i < g.sliding.n; ++i) {
+    const Vec2& f = e.pair.chord.free[i];
+    LocalForms::position(b[i], 1) = g.sliding.turn[i];
+    LocalForms::position(b[i], 0) = -g.sliding.turn[i];
+    LocalForms::tangent(b[i], 0) = -f[0] * g.normal;
+    LocalForms::tangent(b[i], 1) = f[1] * g.normal;
   }
-  // A valley that is level to round-off holds no foot.
-  if (std::abs(a.determinant()) < 1e-12) return s;
-  s.n = chord.n_free;
-  s.inverse = a.inverse();
-  return s;
+  return b;
+}
+
+/// form += direction·δc, of the chord between feet that slide.
+void add_sliding_chord(const Gap::Sliding& sliding, const std::array<LocalForms::Form, 2>& b, const Vec3& direction,
+                       LocalForms::Form& form) {
+  LocalForms::position(form, 1) += direction;
+  LocalForms::position(form, 0) -= direction;
+  for (int i = 0; i < sliding.n; ++i)
+    for (int j = 0; j < sliding.n; ++j) form -= direction.dot(sliding.along[i]) * sliding.inverse(i, j) * b[j];
 }
 
 }  // namespace
 
 void add_contact_element(const FiberField& field, const ContactElement& e, double p_reg, Assembler& assembler) {
-  const LocalForms local(field, e.pair.chord.a, e.pair.chord.b);
-  if (!local.touches(assembler)) return;
   const double f = e.force(p_reg);
   if (f <= 0) return;
+  const LocalForms local(field, e.pair.chord.a, e.pair.chord.b);
+  if (!local.touches(assembler)) return;
   const Gap& g = e.measured;
+  const Gap::Sliding& slide = g.sliding;
   const Vec3 &n = g.normal, x = g.a.outermost - g.b.outermost;
-  const Sliding slide = sliding(e, local);
+  const std::array<LocalForms::Form, 2> b = sliding_forms(e, local);
 
-  // δg = n·δc − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b),  δn = P δc/(n·c). Left out: that the feet slide to sections
-  // of another size. It is of the order of a section's strain per radius, and jumps where elements join.
+  // δg = n·δc − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b) − z·B,  δn = P δc/(n·c).
   LocalForms::Form gradient = local.zero();
-  const Vec3 m = g.force_direction();
-  local.add_position(gradient, 1, m);
-  local.add_position(gradient, 0, -m);
+  for (int i = 0; i < slide.n; ++i) gradient -= slide.to_other_sections[i] * b[i];
+  LocalForms::position(gradient, 1) = g.force_direction;
+  LocalForms::position(gradient, 0) = -g.force_direction;
   local.add_section(gradient, 0, e.radius_a * g.a.w, -n);
   local.add_section(gradient, 1, e.radius_b * g.b.w, n);
   local.scatter_force(-f * gradient, assembler);
   if (!assembler.wants_tangent()) return;
 
-  LocalForms::Matrix k = LocalForms::Matrix::Zero(local.size(), local.size());
-  const auto add_square = [&](const LocalForms::Form& form, double factor) {
-    k.template selfadjointView<Eigen::Lower>().rankUpdate(form, factor);
-  };
-  add_square(gradient, e.stiffness(p_reg));
-  // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure.
+  LocalForms::Matrix k = local.zero_matrix();
+  LocalForms::add_square(gradient, e.stiffness(p_reg), k);
+  // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure. Left out
+  // is δz, of the order of a section's strain per radius.
   const bool exact = assembler.tangent() == Assembler::Tangent::exact && g.inverse_distance != 0;
   const auto add_outline = [&](int side, const Gap::Section& section) {
     if (section.curvature == 0) return;
     LocalForms::Form turn = local.zero();
     local.add_section(turn, side, Vec2(-section.w[1], section.w[0]), n);
-    if (exact) {
-      slide.add_chord(turn, g.inverse_distance * (section.beside - n * n.dot(section.beside)), local);
-    }
-    add_square(turn, f * section.curvature);
+    if (exact) add_sliding_chord(slide, b, g.inverse_distance * g.across(section.beside), turn);
+    LocalForms::add_square(turn, f * section.curvature, k);
   };
   add_outline(0, g.a);
   add_outline(1, g.b);
@@ -228,19 +229,19 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
     const double by_outlines = x.dot(n) * g.inverse_distance * g.inverse_distance;
     for (const Vec3& across : {e1, e2}) {
       LocalForms::Form chord = local.zero(), sliding_chord = local.zero(), sections = local.zero();
-      local.add_position(chord, 1, across);
-      local.add_position(chord, 0, -across);
-      slide.add_chord(sliding_chord, across, local);
+      LocalForms::position(chord, 1) = across;
+      LocalForms::position(chord, 0) = -across;
+      LocalForms::add_square(chord, -f * g.inverse_distance, k);
+      if (by_outlines == 0) continue;  // rods
+      add_sliding_chord(slide, b, across, sliding_chord);
       local.add_section(sections, 0, e.radius_a * g.a.w, across);
       local.add_section(sections, 1, e.radius_b * g.b.w, -across);
-      add_square(chord, -f * g.inverse_distance);
-      add_square(sliding_chord, -f * by_outlines);
-      k.template selfadjointView<Eigen::Lower>().rankUpdate(sliding_chord, sections, f * g.inverse_distance);
+      LocalForms::add_square(sliding_chord, -f * by_outlines, k);
+      LocalForms::add_product(sliding_chord, sections, f * g.inverse_distance, k);
     }
     for (int i = 0; i < slide.n; ++i) {
-      add_square(slide.b[i], f * slide.inverse(i, i));
-      for (int j = 0; j < i; ++j)
-        k.template selfadjointView<Eigen::Lower>().rankUpdate(slide.b[i], slide.b[j], f * slide.inverse(i, j));
+      LocalForms::add_square(b[i], f * slide.inverse(i, i), k);
+      for (int j = 0; j < i; ++j) LocalForms::add_product(b[i], b[j], f * slide.inverse(i, j), k);
     }
   }
   local.scatter_tangent(k, assembler);

@@ -111,17 +111,25 @@ struct Gap {
     Vec3 outermost = Vec3::Zero();  ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
     Vec3 beside = Vec3::Zero();     ///< (−w₂ g₁ + w₁ g₂)/|w|
   };
+  /// How the feet slide along their free directions e: by δs = −A⁻¹ B with the forms B_e = δ(∂d/∂e), d = n·c, and A =
+  /// ∂²d/∂e∂e'.
+  struct Sliding {
+    int n = 0;
+    std::array<Vec3, 2> along;  ///< ∂c/∂e
+    std::array<Vec3, 2> turn;   ///< ∂n/∂e: the part of B_e that goes with δc
+    Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  ///< A⁻¹
+    Vec2 to_other_sections = Vec2::Zero();  ///< z = A⁻¹ ∂g/∂e: what B takes off δg as feet slide to other sections
+  };
   double value = 0;
   Vec3 normal = Vec3::UnitZ();  ///< n, from a to b
   double inverse_distance = 0;  ///< 1/(n·c); 0 where axes are so close that the normal is held
   Section a, b;
+  Sliding sliding;
+  /// m of the force f m on b: δg = m·δc where sections move with their centres. Normal to the outlines; it differs from
+  /// n where sections stand inclined to the chord, or grow along the fiber.
+  Vec3 force_direction = Vec3::UnitZ();
 
-  /// m of the force f m on b: δg = m·δc where sections move with their centres. Normal to the outlines, n·m = 1; it
-  /// differs from n where sections stand inclined to the chord.
-  [[nodiscard]] Vec3 force_direction() const {
-    const Vec3 x = a.outermost - b.outermost;
-    return normal - inverse_distance * (x - normal * normal.dot(x));
-  }
+  [[nodiscard]] Vec3 across(const Vec3& v) const { return v - normal * normal.dot(v); }
 };
 
 /// A pair of points that may touch.
@@ -130,7 +138,7 @@ struct ContactElement {
   std::array<Foot, 2> feet_at_iteration;
   Index fiber_a = 0, fiber_b = 0;
   double s_a = 0, s_b = 0;  ///< arc lengths of the feet
-  CoveredElements covered;  ///< of the pattern
+  CoveredNodes covered;     ///< of the pattern
   FiberPoint a, b;          ///< particles on the outlines (for rods on the centre lines), which friction follows
   double radius_a = 0, radius_b = 0;
   Vec3 normal = Vec3::UnitZ();  ///< from a to b
@@ -141,9 +149,6 @@ struct ContactElement {
   double length = 0;            ///< length of fiber that the element stands for
   double penalty = 0;           ///< k, force over length
   double penalty_scale = 1;     ///< adapted factor that `penalty` includes
-  /// Part of the penalty that acts. Two lowest points to either side of a joint of an enriched fiber are one contact:
-  /// they share it by how far they are from the joint, so that one comes and goes with nothing.
-  double share = 1;
   double allowance = 0;  ///< see ContactHistory; `offset` includes what is still granted of it
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
@@ -160,7 +165,7 @@ struct ContactElement {
 
   /// What tells how it goes on from the gap that it has.
   void keep(Archive& archive) {
-    archive(pair, s_a, s_b, radius_a, radius_b, crossing, has_side, side, offset, length, penalty, penalty_scale, share,
+    archive(pair, s_a, s_b, radius_a, radius_b, crossing, has_side, side, offset, length, penalty, penalty_scale,
             preload, measured.value);
     fiber_a = pair.fiber_a();
     fiber_b = pair.fiber_b();
@@ -173,9 +178,9 @@ struct ContactElement {
     return b.evaluate(layout, state) - a.evaluate(layout, state);
   }
 
-  [[nodiscard]] PenaltyLaw law(double p_reg) const { return {share * penalty, preload, p_reg}; }
+  [[nodiscard]] PenaltyLaw law(double p_reg) const { return {penalty, preload, p_reg}; }
   [[nodiscard]] PenaltyLaw law_at_start(double p_reg) const {
-    return {share * penalty_at_start, preload_at_start, p_reg};
+    return {penalty_at_start, preload_at_start, p_reg};
   }
   /// All the work of raising, with an equilibrium at the state last followed.
   [[nodiscard]] double work_of_all_raising(double p_reg) const {
@@ -184,7 +189,7 @@ struct ContactElement {
   }
   [[nodiscard]] double force(double p_reg) const { return law(p_reg).force(gap()); }
   [[nodiscard]] double stiffness(double p_reg) const {
-    return penalty_stiffness(gap() - preload, share * penalty, p_reg);
+    return penalty_stiffness(gap() - preload, penalty, p_reg);
   }
   /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
   [[nodiscard]] double energy(double p_reg) const { return law(p_reg).energy(gap()); }

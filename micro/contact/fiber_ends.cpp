@@ -42,8 +42,8 @@ double nearest_arc_length(const FiberField& field, const State& state, Index fib
   }
   const double low = std::max(0.0, s - spacing), high = std::min(length, s + spacing);
   for (int iteration = 0; iteration < 20; ++iteration) {
-    const auto [r, tangent] = field.curve(state, fiber, s);
-    s = std::clamp(s + (x - r).dot(tangent) / tangent.squaredNorm(), low, high);
+    const CurveJet at = field.curve(state, fiber, s);
+    s = std::clamp(s + (x - at.r).dot(at.tangent) / at.tangent.squaredNorm(), low, high);
   }
   return s;
 }

@@ -79,7 +79,7 @@ std::vector<Sample> sample_fibers(const FiberField& field, const State& state, c
     const double step = mesh.length(f) / static_cast<double>(first[f + 1] - first[f]);
     for (std::size_t i = first[f]; i < first[f + 1]; ++i) {
       const double s = (static_cast<double>(i - first[f]) + 0.5) * step;
-      const CurveJet jet = field.jet(state, f, field.element_at(f, s), s);
+      const CurveJet jet = field.curve(state, f, s);
       const Eigen::Array<std::int64_t, 3, 1> c = (jet.r / cell_size).array().floor().cast<std::int64_t>();
       samples[i] = {f,
                     static_cast<Index>(i - first[f]),
@@ -259,7 +259,7 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
                              (chord->at_a.tangent.norm() * chord->at_b.tangent.norm()));
   const auto at_end = [&](const Foot& f) { return f.s <= 0 || f.s >= field.mesh().length(f.fiber); };
   if (at_end(chord->a) && at_end(chord->b)) return std::nullopt;  // tips have no contact with tips
-  // From an end the distance rises at once. Where elements join at an angle it does too, but that is not the fibers'.
+  // From an end the distance rises at once.
   double rise = rise_over_half_spacing(valley_curvature(*chord, sense, 0.5 * sum), spacing);
   if (at_end(chord->a)) rise += std::abs(chord->slope()[0]) / d * 0.5 * spacing;
   if (at_end(chord->b)) rise += std::abs(chord->slope()[1]) / d * 0.5 * spacing;
@@ -365,35 +365,8 @@ class PairSearch {
 
   void add_point(const Near& n) {
     const Sample &a = *n.a, &b = *n.b;
-    const auto p = make_point(field_, state_, search_, {a.fiber, a.s, field_.element_at(a.fiber, a.s)},
-                              {b.fiber, b.s, field_.element_at(b.fiber, b.s)});
-    if (!p || is_known(*p)) return;
-    found_.push_back(*p);
-    add_points_across_joints(*p);
-  }
-
-  /// Where elements of an enriched fiber join at an angle that is hollow toward the other fiber, there is a lowest point
-  /// to either side.
-  void add_points_across_joints(const Proximity& p) {
-    const std::vector<Foot> as = across_joint(p.chord.a), bs = across_joint(p.chord.b);
-    for (const Foot& a : as)
-      for (const Foot& b : bs) {
-        if (a.s == p.s_a() && b.s == p.s_b()) continue;
-        if (const auto other = make_point(field_, state_, search_, a, b); other && !is_known(*other))
-          found_.push_back(*other);
-      }
-  }
-
-  /// The foot itself and, near a joint, its mirror image.
-  [[nodiscard]] std::vector<Foot> across_joint(const Foot& foot) const {
-    constexpr double near = 0.1;
-    std::vector<Foot> feet = {foot};
-    if (field_.model(foot.fiber) != FiberModel::enriched) return feet;
-    const double h = field_.element_length(foot.fiber), at = std::round(foot.s / h) * h, apart = foot.s - at;
-    if (at < 0.5 * h || at > field_.mesh().length(foot.fiber) - 0.5 * h || std::abs(apart) > near * h) return feet;
-    const double s = at - (std::abs(apart) > 1e-3 * h ? apart : std::copysign(0.02 * h, apart));
-    feet.push_back({foot.fiber, s, field_.element_at(foot.fiber, s)});
-    return feet;
+    const auto p = make_point(field_, state_, search_, {a.fiber, a.s}, {b.fiber, b.s});
+    if (p && !is_known(*p)) found_.push_back(*p);
   }
 
   [[nodiscard]] bool is_last(const Sample& s) const {

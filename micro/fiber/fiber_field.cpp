@@ -35,68 +35,82 @@ FiberField::FiberField(const FiberMesh& mesh, std::vector<FiberModel> models, La
   first_system_node_.push_back(layout.n_nodes());
 }
 
-FiberField::Local FiberField::locate(Index fiber, double s) const {
-  const double h = element_length_[fiber];
-  const Index e = std::clamp(static_cast<Index>(s / h), Index{0}, mesh_->n_elements(fiber) - 1);
-  return {e, 2 * (s / h - e) - 1};
-}
+namespace {
 
-CurvePointAndTangent FiberField::curve(const State& state, Index fiber, double s) const {
-  const auto [e, t] = locate(fiber, s);
-  const double h = element_length_[fiber];
-  const Vec3* q = state.q.data() + layout_->first_vector(element_node(fiber, e));
-  if (models_[fiber] == FiberModel::enriched) {
-    const auto n = quadratic_shape(t), d = quadratic_shape_derivative(t);
-    return {n[0] * q[0] + n[1] * q[3] + n[2] * q[6], (2 / h) * (d[0] * q[0] + d[1] * q[3] + d[2] * q[6])};
-  }
-  const auto n = hermite_shape(t, h), d = hermite_shape_derivative(t, h);
-  return {n[0] * q[0] + n[1] * q[1] + n[2] * q[2] + n[3] * q[3], d[0] * q[0] + d[1] * q[1] + d[2] * q[2] + d[3] * q[3]};
-}
-
-CurveJet FiberField::jet(const State& state, Index fiber, Index element, double s) const {
-  const double h = element_length_[fiber], t = 2 * (s / h - element) - 1;
-  const Vec3* q = state.q.data() + layout_->first_vector(element_node(fiber, element));
-  if (models_[fiber] == FiberModel::enriched) {
-    const auto n = quadratic_shape(t), d = quadratic_shape_derivative(t);
-    return {n[0] * q[0] + n[1] * q[3] + n[2] * q[6], (2 / h) * (d[0] * q[0] + d[1] * q[3] + d[2] * q[6]),
-            (4 / (h * h)) * (q[0] - 2 * q[3] + q[6])};
-  }
-  const auto n = hermite_shape(t, h), d = hermite_shape_derivative(t, h), c = hermite_shape_second_derivative(t, h);
-  const auto sum = [q](const std::array<double, 4>& w) -> Vec3 {
-    return w[0] * q[0] + w[1] * q[1] + w[2] * q[2] + w[3] * q[3];
+/// Weights of the stretch from node k on, x = 0…1 along it, of a curve through n nodes a distance apart: those of the
+/// nodes k − 1 to k + 2, of which ends have three.
+void smooth_weights(Index k, Index n, double x, double spacing, Index first, CurveShape& shape) {
+  const auto set = [&](Index node, double r, double slope, double second) {
+    shape.r[node - first][0] = r;
+    shape.tangent[node - first][0] = slope / spacing;
+    shape.curvature[node - first][0] = second / (spacing * spacing);
   };
-  return {sum(n), sum(d), sum(c)};
-}
-
-FiberField::CurveForms FiberField::curve_forms(Index fiber, Index element, double s) const {
-  const double h = element_length_[fiber], t = 2 * (s / h - element) - 1;
-  CurveForms forms;
-  FiberPoint &r = forms.r, &tangent = forms.tangent;
-  r.first_node = tangent.first_node = element_node(fiber, element);
-  if (models_[fiber] == FiberModel::enriched) {
-    r.n_nodes = r.n_vectors = tangent.n_nodes = tangent.n_vectors = 3;
-    const auto n = quadratic_shape(t), d = quadratic_shape_derivative(t);
-    for (int a = 0; a < 3; ++a) {
-      r.weight[a] = {n[a], 0, 0};
-      tangent.weight[a] = {2 / h * d[a], 0, 0};
-    }
-  } else {
-    r.n_nodes = r.n_vectors = tangent.n_nodes = tangent.n_vectors = 2;
-    const auto n = hermite_shape(t, h), d = hermite_shape_derivative(t, h);
-    for (int a = 0; a < 2; ++a) {
-      r.weight[a] = {n[2 * a], n[2 * a + 1], 0};
-      tangent.weight[a] = {d[2 * a], d[2 * a + 1], 0};
-    }
+  if (k == 0 || k == n - 2) {
+    const Index middle = k == 0 ? 1 : k;
+    const double y = k == 0 ? x - 1 : x;  // from the middle
+    set(middle - 1, 0.5 * y * (y - 1), y - 0.5, 1);
+    set(middle, 1 - y * y, -2 * y, -2);
+    set(middle + 1, 0.5 * y * (y + 1), y + 0.5, 1);
+    return;
   }
-  return forms;
+  set(k - 1, 0.5 * x * (-1 + x * (2 - x)), -0.5 + x * (2 - 1.5 * x), 2 - 3 * x);
+  set(k, 1 + 0.5 * x * x * (-5 + 3 * x), x * (-5 + 4.5 * x), -5 + 9 * x);
+  set(k + 1, 0.5 * x * (1 + x * (4 - 3 * x)), 0.5 + x * (4 - 4.5 * x), 4 - 9 * x);
+  set(k + 2, 0.5 * x * x * (x - 1), x * (-1 + 1.5 * x), -1 + 3 * x);
 }
 
-std::array<Vec3, 2> FiberField::section(const State& state, Index fiber, double s) const {
-  assert(models_[fiber] == FiberModel::enriched);
-  const auto [e, t] = locate(fiber, s);
-  const Vec3* q = state.q.data() + layout_->first_vector(element_node(fiber, e));
-  const auto n = quadratic_shape(t);
-  return {n[0] * q[1] + n[1] * q[4] + n[2] * q[7], n[0] * q[2] + n[1] * q[5] + n[2] * q[8]};
+}  // namespace
+
+CurveShape FiberField::shape(Index fiber, double s) const {
+  const bool enriched = models_[fiber] == FiberModel::enriched;
+  const Index n = first_system_node_[fiber + 1] - first_system_node_[fiber];
+  const double spacing = mesh_->length(fiber) / (n - 1);
+  const Index k = std::clamp(static_cast<Index>(s / spacing), Index{0}, n - 2);
+  const double x = s / spacing - k;
+  CurveShape shape;
+  if (enriched) {
+    const Index first = std::clamp(k - 1, Index{0}, std::max(n - 4, Index{0}));
+    shape.first_node = first_system_node_[fiber] + first;
+    shape.n_nodes = static_cast<int>(std::min(n, Index{4}));
+    shape.n_vectors = 3;
+    smooth_weights(k, n, x, spacing, first, shape);
+    return shape;
+  }
+  shape.first_node = first_system_node_[fiber] + k;
+  shape.n_nodes = shape.n_vectors = 2;
+  const double t = 2 * x - 1;
+  const auto r = hermite_shape(t, spacing), d = hermite_shape_derivative(t, spacing),
+             c = hermite_shape_second_derivative(t, spacing);
+  for (int a = 0; a < 2; ++a) {
+    shape.r[a] = {r[2 * a], r[2 * a + 1]};
+    shape.tangent[a] = {d[2 * a], d[2 * a + 1]};
+    shape.curvature[a] = {c[2 * a], c[2 * a + 1]};
+  }
+  return shape;
+}
+
+CurveJet FiberField::curve(const State& state, const CurveShape& shape) const {
+  const Vec3* q = state.q.data() + layout_->first_vector(shape.first_node);
+  const bool enriched = shape.n_vectors == 3;
+  const auto sum = [&](const CurveShape::Weights& w) {
+    Vec3 x = Vec3::Zero();
+    for (int a = 0; a < shape.n_nodes; ++a) {
+      x += w[a][0] * q[a * shape.n_vectors];
+      if (!enriched) x += w[a][1] * q[a * shape.n_vectors + 1];
+    }
+    return x;
+  };
+  return {sum(shape.r), sum(shape.tangent), sum(shape.curvature)};
+}
+
+std::array<Vec3, 2> FiberField::section(const State& state, const CurveShape& shape,
+                                        const CurveShape::Weights& weights) const {
+  assert(shape.n_vectors == 3);
+  const Vec3* q = state.q.data() + layout_->first_vector(shape.first_node);
+  std::array<Vec3, 2> g{Vec3::Zero(), Vec3::Zero()};
+  for (int a = 0; a < shape.n_nodes; ++a)
+    for (int v = 0; v < 2; ++v) g[v] += weights[a][0] * q[3 * a + v + 1];
+  return g;
 }
 
 std::string FiberField::describe(Index fiber, double s) const {
@@ -105,19 +119,11 @@ std::string FiberField::describe(Index fiber, double s) const {
 }
 
 FiberPoint FiberField::particle(Index fiber, double s, const Vec2& xi) const {
-  const auto [e, t] = locate(fiber, s);
-  FiberPoint p;
-  p.first_node = element_node(fiber, e);
-  if (models_[fiber] == FiberModel::enriched) {
-    p.n_nodes = p.n_vectors = 3;
-    const auto n = quadratic_shape(t);
-    for (int a = 0; a < 3; ++a) p.weight[a] = {n[a], n[a] * xi[0], n[a] * xi[1]};
-  } else {
-    p.n_nodes = p.n_vectors = 2;
-    const auto n = hermite_shape(t, element_length_[fiber]);
-    p.weight[0] = {n[0], n[1], 0};
-    p.weight[1] = {n[2], n[3], 0};
-  }
+  const CurveShape at = shape(fiber, s);
+  FiberPoint p{at.first_node, at.n_nodes, at.n_vectors, {}};
+  for (int a = 0; a < p.n_nodes; ++a)
+    p.weight[a] = p.n_vectors == 3 ? std::array{at.r[a][0], at.r[a][0] * xi[0], at.r[a][0] * xi[1]}
+                                   : std::array{at.r[a][0], at.r[a][1], 0.0};
   return p;
 }
 
@@ -192,9 +198,9 @@ void FiberField::write_configuration(const State& state, FiberConfiguration& con
         configuration.g2[i] = node[2];
         configuration.tangent[i] = node_tangent(q, i - first, mesh_->n_nodes(f), element_length_[f]);
       } else {
-        const auto [r, tangent] = curve(state, f, mesh_->arc_length[i]);
-        configuration.r[i] = r;
-        carry_section(std::exchange(configuration.tangent[i], tangent), tangent, configuration.g1[i],
+        const CurveJet at = curve(state, f, mesh_->arc_length[i]);
+        configuration.r[i] = at.r;
+        carry_section(std::exchange(configuration.tangent[i], at.tangent), at.tangent, configuration.g1[i],
                       configuration.g2[i]);
       }
     }

@@ -15,9 +15,9 @@ namespace trame::micro {
 /// Vectors of a node are (r, g₁, g₂) for enriched beams and (r, dr/ds) for rods; a rod has no ξ.
 struct FiberPoint {
   Index first_node = 0;
-  int n_nodes = 0;    ///< 3 enriched, 2 rod
+  int n_nodes = 0;    ///< up to 4 enriched, 2 rod
   int n_vectors = 0;  ///< per node: 3 enriched, 2 rod
-  std::array<std::array<double, 3>, 3> weight{};
+  std::array<std::array<double, 3>, 4> weight{};
 
   [[nodiscard]] Vec3 evaluate(const Layout& layout, const State& state) const {
     Vec3 x = Vec3::Zero();
@@ -28,9 +28,14 @@ struct FiberPoint {
   }
 };
 
-/// Centre line and its tangent dr/ds at a point.
-struct CurvePointAndTangent {
-  Vec3 r, tangent;
+/// A place of a fiber as linear forms of its nodes' vectors: the centre line and its derivatives by arc length. The first
+/// weight of a node is that of r, the second that of a rod's dr/ds. Section vectors of an enriched beam go with those
+/// of r.
+struct CurveShape {
+  using Weights = std::array<std::array<double, 2>, 4>;
+  Index first_node = 0;  ///< of the system
+  int n_nodes = 0, n_vectors = 0;
+  Weights r{}, tangent{}, curvature{};
 };
 
 /// Centre line at a point, with its derivatives by arc length up to the second.
@@ -38,7 +43,10 @@ struct CurveJet {
   Vec3 r, tangent, curvature;
 };
 
-/// Where the unknowns of each fiber stand, and the curves that they describe.
+/// Where the unknowns of each fiber stand, and the curves that they describe, which all have a continuous tangent: a
+/// rod is the cubic through its nodes' vectors; an enriched beam is taken for the tube whose centre line and section
+/// vectors run through those of its nodes as cubics with the slope of the parabola through each node and its two
+/// neighbours (Catmull, Rom, 1974). Its elements' own parabolas meet at angles, at which contacts would jump.
 class FiberField {
  public:
   /// Adds the nodes of all fibers to `layout`, fiber by fiber. `models` has one entry per fiber.
@@ -54,24 +62,18 @@ class FiberField {
   }
   [[nodiscard]] Index last_node(Index fiber) const { return first_system_node_[fiber + 1] - 1; }
 
-  /// Centre line and tangent at arc length s, 0 ≤ s ≤ length.
-  [[nodiscard]] CurvePointAndTangent curve(const State& state, Index fiber, double s) const;
-  /// The same with the second derivative, from the polynomials of one element, also where s lies beyond its ends. Two
-  /// elements of an enriched fiber do not agree on the tangent where they join.
-  [[nodiscard]] CurveJet jet(const State& state, Index fiber, Index element, double s) const;
-  /// The element that holds s; of two that join there the second.
-  [[nodiscard]] Index element_at(Index fiber, double s) const { return locate(fiber, s).element; }
-  /// Section vectors at s (enriched fibers only).
-  [[nodiscard]] std::array<Vec3, 2> section(const State& state, Index fiber, double s) const;
+  /// The place at arc length s; beyond an end the curve goes on as the last stretch.
+  [[nodiscard]] CurveShape shape(Index fiber, double s) const;
+  [[nodiscard]] CurveJet curve(const State& state, Index fiber, double s) const { return curve(state, shape(fiber, s)); }
+  [[nodiscard]] CurveJet curve(const State& state, const CurveShape& shape) const;
+  /// Section vectors at a place of an enriched fiber, with the weights of r, or their derivatives with those of the
+  /// tangent.
+  [[nodiscard]] std::array<Vec3, 2> section(const State& state, const CurveShape& shape,
+                                            const CurveShape::Weights& weights) const;
   /// "fiber 3 of yarn warp/1 at 40 % of its length", for messages.
   [[nodiscard]] std::string describe(Index fiber, double s) const;
   /// The particle (s, ξ) as a linear form; ξ is ignored for rods.
   [[nodiscard]] FiberPoint particle(Index fiber, double s, const Vec2& xi) const;
-  /// Position and tangent of the centre line at s, by the polynomials of one element, as linear forms.
-  struct CurveForms {
-    FiberPoint r, tangent;
-  };
-  [[nodiscard]] CurveForms curve_forms(Index fiber, Index element, double s) const;
 
   /// Unknowns of a configuration, and back. The latter fills every node of the mesh; sections of rods are those
   /// that `configuration` holds, turned at each node with the tangent.
@@ -79,12 +81,6 @@ class FiberField {
   void write_configuration(const State& state, FiberConfiguration& configuration) const;
 
  private:
-  struct Local {
-    Index element;
-    double t;  // −1…1 within the element
-  };
-  [[nodiscard]] Local locate(Index fiber, double s) const;
-
   const FiberMesh* mesh_;
   const Layout* layout_;
   std::vector<FiberModel> models_;

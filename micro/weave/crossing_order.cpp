@@ -78,8 +78,8 @@ void CrossingOrder::update(const State& state, bool) {
   for (std::size_t i = 0; i < crossings_.size(); ++i)
     for_each_pair(field_, state, crossings_[i], [&](Index a, Index b, double s_a, double s_b) {
       Element e;
-      e.a = {a, s_a, field_.element_at(a, s_a)};
-      e.b = {b, s_b, field_.element_at(b, s_b)};
+      e.a = {a, s_a};
+      e.b = {b, s_b};
       e.reach = field_.mesh().radius[a] + field_.mesh().radius[b];
       e.penalty = penalty_ * penalty_scale_[i];
       follow(state, e);
@@ -101,10 +101,10 @@ bool CrossingOrder::follow(const State& state, Element& e) const {
   double s_a = e.a.s, s_b = e.b.s;
   const bool crosses = plan_crossing(field_, state, e.a.fiber, e.b.fiber, s_a, s_b);
   if (crosses) {
-    e.a = {e.a.fiber, s_a, field_.element_at(e.a.fiber, s_a)};
-    e.b = {e.b.fiber, s_b, field_.element_at(e.b.fiber, s_b)};
+    e.a.s = s_a;
+    e.b.s = s_b;
   }
-  const auto height = [&](const Foot& foot) { return field_.jet(state, foot.fiber, foot.element, foot.s).r.z(); };
+  const auto height = [&](const Foot& foot) { return field_.curve(state, foot.fiber, foot.s).r.z(); };
   e.gap = height(e.a) - height(e.b) - depth_ * e.reach;
   return crosses;
 }
@@ -124,7 +124,7 @@ bool CrossingOrder::follow(const State& state, Follow what) {
 }
 
 void CrossingOrder::announce(Pattern::Builder& builder) const {
-  for (const Element& e : elements_) e.covered.announce(field_, e.a.fiber, e.b.fiber, builder);
+  for (const Element& e : elements_) e.covered.announce(builder);
 }
 
 /// Forces are vertical, at crossings that go with the fibers. That has no potential where fibers are inclined; the
@@ -136,12 +136,12 @@ void CrossingOrder::add(const State&, Assembler& assembler) const {
     const LocalForms local(field_, e.a, e.b);
     if (!local.touches(assembler)) continue;
     LocalForms::Form gradient = local.zero();
-    local.add_position(gradient, 0, Vec3::UnitZ());
-    local.add_position(gradient, 1, -Vec3::UnitZ());
+    LocalForms::position(gradient, 0) = Vec3::UnitZ();
+    LocalForms::position(gradient, 1) = -Vec3::UnitZ();
     local.scatter_force(-f * gradient, assembler);
     if (!assembler.wants_tangent()) continue;
-    LocalForms::Matrix k = LocalForms::Matrix::Zero(local.size(), local.size());
-    k.selfadjointView<Eigen::Lower>().rankUpdate(gradient, penalty_stiffness(e.gap, e.penalty, p_reg_));
+    LocalForms::Matrix k = local.zero_matrix();
+    LocalForms::add_square(gradient, penalty_stiffness(e.gap, e.penalty, p_reg_), k);
     local.scatter_tangent(k, assembler);
   }
 }

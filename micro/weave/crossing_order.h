@@ -40,7 +40,7 @@ class CrossingOrder final : public Effect {
     double reach = 0;  ///< R_a + R_b
     double penalty = 0;
     double gap = 0;  ///< z_a − z_b − d at the state last followed
-    CoveredElements covered;
+    CoveredNodes covered;
 
     /// What tells how it goes on from the gap that it has.
     void keep(Archive& archive) { archive(a, b, reach, penalty, gap); }

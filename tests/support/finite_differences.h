@@ -93,7 +93,11 @@ inline Assembled assemble(const Effect& effect, const Layout& layout, const Stat
 
 /// Along random directions v: E(q ⊕ hv) has slope f·v and curvature v·K v, both against central differences whose error
 /// falls with h². `left_out`: what an effect's force and tangent leave out of these, relative to their size.
-inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, const State& state, double left_out = 0) {
+struct LeftOut {
+  double of_force = 0, of_tangent = 0;
+};
+inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, const State& state,
+                                          const LeftOut& left_out = {}) {
   (void)effect.follow(state, Effect::Follow::renewal);
   const Assembled exact = assemble(effect, layout, state);
   ASSERT_GT(exact.force.norm() + exact.tangent.norm(), 0) << "the effect does nothing here";
@@ -107,7 +111,7 @@ inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, 
     };
     const double h = 1e-5;
     const double slope = (effect.energy(shifted(h)) - effect.energy(shifted(-h))) / (2 * h);
-    EXPECT_NEAR(exact.force.dot(v), slope, (1e-7 + left_out) * (exact.force.norm() * v.norm() + 1e-3))
+    EXPECT_NEAR(exact.force.dot(v), slope, (1e-7 + left_out.of_force) * (exact.force.norm() * v.norm() + 1e-3))
         << effect.name();
     // Slopes of the energy at shifted states, taken along the same rotation path, so that the curvature of SO(3) takes
     // part.
@@ -115,7 +119,7 @@ inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, 
       return (effect.energy(shifted(at + h)) - effect.energy(shifted(at - h))) / (2 * h);
     };
     const double curvature = (slope_at(1e-4) - slope_at(-1e-4)) / 2e-4;
-    EXPECT_NEAR(v.dot(exact.tangent * v), curvature, (2e-4 + left_out) * exact.tangent.norm() * v.squaredNorm() + 1e-7)
+    EXPECT_NEAR(v.dot(exact.tangent * v), curvature, (2e-4 + left_out.of_tangent) * exact.tangent.norm() * v.squaredNorm() + 1e-7)
         << effect.name();
   }
   // Force differences see every entry of K where no rotation is involved.
@@ -135,7 +139,7 @@ inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, 
       return assemble(effect, layout, s).force;
     };
     const Eigen::VectorXd column = (force_at(forward) - force_at(backward)) / (2 * h);
-    EXPECT_LT((column - exact.tangent.col(d)).norm(), (1e-6 + left_out) * (exact.tangent.norm() + 1e-3))
+    EXPECT_LT((column - exact.tangent.col(d)).norm(), (1e-6 + left_out.of_tangent) * (exact.tangent.norm() + 1e-3))
         << effect.name() << " dof " << d;
   }
 }

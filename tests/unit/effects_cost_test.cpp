@@ -122,16 +122,19 @@ Index expected_dofs(const Combination& c) {
   return 6 * of_fiber(bundle_elements) + of_fiber(hairpin_elements) + (c.body ? 6 : 0);
 }
 
-/// Nodes of the elements that a contact at arc length s of a fiber may come to act on before it is looked for again: of
-/// the one that holds s, and of the next one where a joint is within 1 % of an element.
+/// Nodes that a contact at arc length s of a fiber may come to act on before it is looked for again: those to either side
+/// of s, of an enriched beam also the next ones, and the same at 1 % of the distance of nodes to either side.
 std::vector<Index> nodes_beside(const FiberField& field, Index fiber, double s) {
-  const FiberMesh& mesh = field.mesh();
-  const Index n = mesh.n_elements(fiber), per_element = field.model(fiber) == FiberModel::enriched ? 2 : 1;
-  const double place = s / mesh.length(fiber) * n;
-  const auto element = [&](double x) { return std::clamp(static_cast<Index>(std::floor(x)), Index{0}, n - 1); };
+  const bool enriched = field.model(fiber) == FiberModel::enriched;
+  const Index first = field.element_node(fiber, 0), n = field.last_node(fiber) - first + 1, more = enriched ? 1 : 0;
+  const double place = s / field.mesh().length(fiber) * (n - 1), beside = enriched ? 0.01 : 0.005;
+  const auto before = [&](double x) { return std::clamp(static_cast<Index>(std::floor(x)), Index{0}, n - 2); };
+  Index low = before(place - beside) - more, high = before(place + beside) + 1 + more;
+  // At an end as many as elsewhere.
+  if (enriched && low < 0) high = std::max(high, 3);
+  if (enriched && high > n - 1) low = std::min(low, n - 4);
   std::vector<Index> nodes;
-  for (Index k = per_element * element(place - 0.01); k <= per_element * (element(place + 0.01) + 1); ++k)
-    nodes.push_back(field.element_node(fiber, 0) + k);
+  for (Index k = std::max(low, 0); k <= std::min(high, n - 1); ++k) nodes.push_back(first + k);
   return nodes;
 }
 

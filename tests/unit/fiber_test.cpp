@@ -58,17 +58,35 @@ TEST(FiberField, CurveTangentIsItsDerivative) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
     const TwoFibers f(model);
     const double length = f.assembly.mesh.length(1), h = 1e-6;
-    for (const double s : {0.1, 0.3 * length, 0.51 * length, length - 0.1}) {
-      const Vec3 difference = (f.field.curve(f.state, 1, s + h).r - f.field.curve(f.state, 1, s - h).r) / (2 * h);
-      EXPECT_LT((f.field.curve(f.state, 1, s).tangent - difference).norm(), 1e-8);
+    // Of both kinds of stretches of an enriched beam: at ends and between.
+    for (const double s : {-0.1, 0.1, 0.3 * length, 0.51 * length, length - 0.1, length + 0.1}) {
+      const CurveJet before = f.field.curve(f.state, 1, s - h), after = f.field.curve(f.state, 1, s + h),
+                     at = f.field.curve(f.state, 1, s);
+      EXPECT_LT((at.tangent - (after.r - before.r) / (2 * h)).norm(), 1e-8) << s;
+      EXPECT_LT((at.curvature - (after.tangent - before.tangent) / (2 * h)).norm(), 1e-8) << s;
     }
-    // Continuous from element to element, in a rod with its tangent.
-    const auto before = f.field.curve(f.state, 0, 0.5 * f.assembly.mesh.length(0) - 1e-9);
-    const auto after = f.field.curve(f.state, 0, 0.5 * f.assembly.mesh.length(0) + 1e-9);
-    EXPECT_LT((after.r - before.r).norm(), 1e-8);
-    if (model == FiberModel::rod) {
-      EXPECT_LT((after.tangent - before.tangent).norm(), 1e-8);
+    // Continuous from element to element, with its tangent.
+    for (const double part : {0.25, 0.5, 0.75}) {
+      const auto before = f.field.curve(f.state, 0, part * f.assembly.mesh.length(0) - 1e-9);
+      const auto after = f.field.curve(f.state, 0, part * f.assembly.mesh.length(0) + 1e-9);
+      EXPECT_LT((after.r - before.r).norm(), 1e-8);
+      EXPECT_LT((after.tangent - before.tangent).norm(), 1e-7);
     }
+  }
+}
+
+TEST(FiberField, CurvesRunThroughNodesAndReproduceParabolas) {
+  TwoFibers f(FiberModel::enriched);
+  const FiberMesh& mesh = f.assembly.mesh;
+  const auto parabola = [](double s) { return Vec3(1 + 2 * s, 0.3 * s * s, 1 - 0.1 * s - 0.2 * s * s); };
+  for (Index i = mesh.first_node[1]; i < mesh.first_node[2]; ++i) {
+    const Index vector = f.layout.first_vector(f.field.element_node(1, 0) + i - mesh.first_node[1]);
+    EXPECT_LT((f.field.curve(f.state, 1, mesh.arc_length[i]).r - f.state.q[vector]).norm(), 1e-14);
+    f.state.q[vector] = parabola(mesh.arc_length[i]);
+  }
+  for (double s = 0; s < mesh.length(1); s += 0.21) {
+    EXPECT_LT((f.field.curve(f.state, 1, s).r - parabola(s)).norm(), 1e-12) << s;
+    EXPECT_LT((f.field.curve(f.state, 1, s).curvature - Vec3(0, 0.6, -0.4)).norm(), 1e-12) << s;
   }
 }
 
@@ -76,7 +94,8 @@ TEST(FiberField, ParticlesAreLinearFormsOfTheUnknowns) {
   const TwoFibers enriched(FiberModel::enriched), rod(FiberModel::rod);
   const double s = 3.3;
   const Vec2 xi(0.6, -0.8);
-  const auto [g1, g2] = enriched.field.section(enriched.state, 0, s);
+  const CurveShape shape = enriched.field.shape(0, s);
+  const auto [g1, g2] = enriched.field.section(enriched.state, shape, shape.r);
   const Vec3 expected = enriched.field.curve(enriched.state, 0, s).r + xi[0] * g1 + xi[1] * g2;
   EXPECT_LT((enriched.field.particle(0, s, xi).evaluate(enriched.layout, enriched.state) - expected).norm(), 1e-14);
   EXPECT_LT((rod.field.particle(0, s, xi).evaluate(rod.layout, rod.state) - rod.field.curve(rod.state, 0, s).r).norm(),
