@@ -158,18 +158,30 @@ ValleyBounds valley_bounds(const FiberField& field, const Near& n) {
 
 double rise_over_half_spacing(double curvature, double spacing) { return 0.125 * curvature * spacing * spacing; }
 
-/// Second derivative by τ of the distance, u following.
-double valley_curvature(const Chord& chord, double sense, double least_distance) {
+/// Derivatives by τ of the distance, u following.
+struct Valley {
+  double slope, curvature;
+};
+Valley valley(const Chord& chord, double sense, double least_distance) {
   const Eigen::Matrix2d h = chord.hessian();
   const Vec2 along(1, sense), across(1, -sense);
   const double aa = along.dot(h * along), ac = along.dot(h * across), cc = across.dot(h * across);
-  const double d = std::max(chord.c.norm(), least_distance), slope = along.dot(chord.slope());
-  return (cc > 0 ? aa - ac * ac / cc : aa) / d - slope * slope / (d * d * d);
+  const double d = std::max(chord.c.norm(), least_distance), slope = along.dot(chord.slope()) / d;
+  return {slope, (cc > 0 ? aa - ac * ac / cc : aa) / d - slope * slope / d};
 }
 
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3 - 2 * x);
+}
+
+/// Which share of its surroundings a sample stands for. What is not its own is that of a point, the lowest of the valley,
+/// if there is one in its surroundings: not where the valley keeps rising, as where a fiber lifts off another.
+double share_of_sample(const Valley& valley, double spacing, double radius) {
+  const double by_rise = share_of_samples(rise_over_half_spacing(valley.curvature, spacing), radius);
+  if (valley.curvature <= 0) return by_rise;
+  const double to_lowest = std::abs(valley.slope) / (valley.curvature * spacing);
+  return by_rise + (1 - by_rise) * smooth_step(2 * to_lowest - 1);
 }
 
 /// The numbers of the samples that may lie in the stretches of two near ones, half a spacing to either side, with the
@@ -178,10 +190,11 @@ void suggest_samples(const FiberField& field, const ProximitySearch& search, con
                      std::vector<Candidate>& candidates) {
   const Sample &a = *n.a, &b = *n.b;
   const double spacing = pair_spacing(field, search, a.fiber, b.fiber);
-  const double radius = smaller_radius(field, a.fiber, b.fiber);
   // A fiber that meets itself may come nearest where it is its own course, which is no contact: there samples do alone.
-  if (a.fiber != b.fiber &&
-      share_of_samples(rise_over_half_spacing(valley_bounds(field, n).low, spacing), radius) == 0)
+  // Between others, a valley so steep that it leaves half a spacing from its lowest point no chance to touch has none.
+  constexpr double deepest = 0.2;  // of the radii: penetration
+  if (a.fiber != b.fiber && rise_over_half_spacing(valley_bounds(field, n).low, spacing) >
+                                reach(field, search, a.fiber, b.fiber) - (1 - deepest) * sum_of_radii(field, a.fiber, b.fiber))
     return;
   const int sense = sense_of(cosine(n));
   const double tau = 0.5 * (a.s + sense * b.s), u = 0.5 * (a.s - sense * b.s);
@@ -233,9 +246,8 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   if (chord->c.norm() > contact) return std::nullopt;
   if (c.fiber_a == c.fiber_b && chord->b.s - chord->a.s < least_arc_between(field, search, c.fiber_a))
     return std::nullopt;
-  const double curvature = valley_curvature(*chord, c.sense, 0.5 * sum_of_radii(field, c.fiber_a, c.fiber_b));
-  const double share =
-      c.fiber_a == c.fiber_b ? 1 : share_of_samples(rise_over_half_spacing(curvature, spacing), radius);
+  const Valley at = valley(*chord, c.sense, 0.5 * sum_of_radii(field, c.fiber_a, c.fiber_b));
+  const double share = c.fiber_a == c.fiber_b ? 1 : share_of_sample(at, spacing, radius);
   if (share == 0) return std::nullopt;
   return Proximity{*chord, share * (part.high - part.low), false, static_cast<double>(c.sense), tau};
 }
@@ -260,7 +272,7 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   const auto at_end = [&](const Foot& f) { return f.s <= 0 || f.s >= field.mesh().length(f.fiber); };
   if (at_end(chord->a) && at_end(chord->b)) return std::nullopt;  // tips have no contact with tips
   // From an end the distance rises at once.
-  double rise = rise_over_half_spacing(valley_curvature(*chord, sense, 0.5 * sum), spacing);
+  double rise = rise_over_half_spacing(valley(*chord, sense, 0.5 * sum).curvature, spacing);
   if (at_end(chord->a)) rise += std::abs(chord->slope()[0]) / d * 0.5 * spacing;
   if (at_end(chord->b)) rise += std::abs(chord->slope()[1]) / d * 0.5 * spacing;
   const double share = 1 - share_of_samples(rise, smaller_radius(field, a.fiber, b.fiber));
