@@ -158,30 +158,18 @@ ValleyBounds valley_bounds(const FiberField& field, const Near& n) {
 
 double rise_over_half_spacing(double curvature, double spacing) { return 0.125 * curvature * spacing * spacing; }
 
-/// Derivatives by τ of the distance, u following.
-struct Valley {
-  double slope, curvature;
-};
-Valley valley(const Chord& chord, double sense, double least_distance) {
+/// Second derivative by τ of the distance, u following.
+double valley_curvature(const Chord& chord, double sense, double least_distance) {
   const Eigen::Matrix2d h = chord.hessian();
   const Vec2 along(1, sense), across(1, -sense);
   const double aa = along.dot(h * along), ac = along.dot(h * across), cc = across.dot(h * across);
-  const double d = std::max(chord.c.norm(), least_distance), slope = along.dot(chord.slope()) / d;
-  return {slope, (cc > 0 ? aa - ac * ac / cc : aa) / d - slope * slope / d};
+  const double d = std::max(chord.c.norm(), least_distance), slope = along.dot(chord.slope());
+  return (cc > 0 ? aa - ac * ac / cc : aa) / d - slope * slope / (d * d * d);
 }
 
 double smooth_step(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3 - 2 * x);
-}
-
-/// Which share of its surroundings a sample stands for. What is not its own is that of a point, the lowest of the valley,
-/// if there is one in its surroundings: not where the valley keeps rising, as where a fiber lifts off another.
-double share_of_sample(const Valley& valley, double spacing, double radius) {
-  const double by_rise = share_of_samples(rise_over_half_spacing(valley.curvature, spacing), radius);
-  if (valley.curvature <= 0) return by_rise;
-  const double to_lowest = std::abs(valley.slope) / (valley.curvature * spacing);
-  return by_rise + (1 - by_rise) * smooth_step(2 * to_lowest - 1);
 }
 
 /// The numbers of the samples that may lie in the stretches of two near ones, half a spacing to either side, with the
@@ -225,11 +213,11 @@ Covered covered_part(const FiberField& field, const Chord& chord, double sense, 
   return part;
 }
 
-/// A sample of the intermediate geometry; nothing where its fibers are apart, or touch at a point only.
+/// A sample of the intermediate geometry; nothing where its fibers are apart.
 std::optional<Proximity> make_sample(const FiberField& field, const State& state, const ProximitySearch& search,
                                      const Candidate& c) {
   const double spacing = pair_spacing(field, search, c.fiber_a, c.fiber_b);
-  const double radius = smaller_radius(field, c.fiber_a, c.fiber_b), contact = reach(field, search, c.fiber_a, c.fiber_b);
+  const double contact = reach(field, search, c.fiber_a, c.fiber_b);
   const double within = 2 * (fiber_spacing(field, search, c.fiber_a) + fiber_spacing(field, search, c.fiber_b));
   double tau = (static_cast<double>(c.k) + 0.5) * spacing;
   auto chord = chord_at_mean_arc_length(field, state, c.fiber_a, c.fiber_b, c.sense, tau, c.u, within);
@@ -246,10 +234,7 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   if (chord->c.norm() > contact) return std::nullopt;
   if (c.fiber_a == c.fiber_b && chord->b.s - chord->a.s < least_arc_between(field, search, c.fiber_a))
     return std::nullopt;
-  const Valley at = valley(*chord, c.sense, 0.5 * sum_of_radii(field, c.fiber_a, c.fiber_b));
-  const double share = c.fiber_a == c.fiber_b ? 1 : share_of_sample(at, spacing, radius);
-  if (share == 0) return std::nullopt;
-  return Proximity{*chord, share * (part.high - part.low), false, static_cast<double>(c.sense), tau};
+  return Proximity{*chord, part.high - part.low, 1, false, static_cast<double>(c.sense), tau};
 }
 
 /// Which share of its surroundings a foot's fiber covers: half at an end.
@@ -257,6 +242,8 @@ double covered_share(const FiberField& field, const Foot& foot) {
   const double reach = 2 * field.mesh().radius[foot.fiber];
   return std::min({1.0, 0.5 + foot.s / reach, 0.5 + (field.mesh().length(foot.fiber) - foot.s) / reach});
 }
+
+constexpr double least_share = 1e-6;
 
 /// A point contact; nothing where its fibers are apart, or stay at this distance along a line.
 std::optional<Proximity> make_point(const FiberField& field, const State& state, const ProximitySearch& search,
@@ -272,13 +259,13 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   const auto at_end = [&](const Foot& f) { return f.s <= 0 || f.s >= field.mesh().length(f.fiber); };
   if (at_end(chord->a) && at_end(chord->b)) return std::nullopt;  // tips have no contact with tips
   // From an end the distance rises at once.
-  double rise = rise_over_half_spacing(valley(*chord, sense, 0.5 * sum).curvature, spacing);
+  double rise = rise_over_half_spacing(valley_curvature(*chord, sense, 0.5 * sum), spacing);
   if (at_end(chord->a)) rise += std::abs(chord->slope()[0]) / d * 0.5 * spacing;
   if (at_end(chord->b)) rise += std::abs(chord->slope()[1]) / d * 0.5 * spacing;
   const double share = 1 - share_of_samples(rise, smaller_radius(field, a.fiber, b.fiber));
-  if (share < 1e-6) return std::nullopt;
+  if (share < least_share) return std::nullopt;
   const double covered = std::min(covered_share(field, chord->a), covered_share(field, chord->b));
-  return Proximity{*chord, share * covered * sum, true, static_cast<double>(sense), 0};
+  return Proximity{*chord, share * covered * sum, share, true, static_cast<double>(sense), 0};
 }
 
 /// Pairs of samples of two fibers that are nearer than their neighbours along either fiber or both.
@@ -315,6 +302,7 @@ class PairSearch {
     add_samples();
     add_points();
     cover();
+    share_with_points();
     std::sort(found_.begin(), found_.end(), [](const Proximity& p, const Proximity& q) {
       return std::make_tuple(p.s_a(), p.s_b(), p.point) < std::make_tuple(q.s_a(), q.s_b(), q.point);
     });
@@ -373,6 +361,24 @@ class PairSearch {
       };
       if (std::none_of(found_.begin(), found_.end(), beside)) add_point(*n);
     }
+  }
+
+  /// Samples leave to a point what it stands for of their surroundings: all within half a spacing, nothing from a spacing
+  /// on. There the valley has risen by four times what makes a point of it.
+  void share_with_points() {
+    if (begin_->a->fiber == begin_->b->fiber) return;
+    const double spacing = pair_spacing(field_, search_, begin_->a->fiber, begin_->b->fiber);
+    for (Proximity& sample : found_) {
+      if (sample.point) continue;
+      for (const Proximity& p : found_) {
+        if (!p.point) continue;
+        const double da = p.s_a() - sample.s_a(), db = sample.sense * (p.s_b() - sample.s_b());
+        const double apart = std::max(0.5 * std::abs(da + db), 0.25 * std::abs(da - db)) / spacing;
+        sample.share = std::min(sample.share, 1 - p.share * (1 - smooth_step(2 * apart - 1)));
+      }
+      sample.length *= sample.share;
+    }
+    std::erase_if(found_, [](const Proximity& p) { return p.share < least_share; });
   }
 
   void add_point(const Near& n) {

@@ -20,6 +20,7 @@ namespace trame::micro {
 struct Proximity {
   Chord chord;
   double length = 0;   ///< length of contact that it stands for
+  double share = 1;    ///< part of its surroundings that it stands for
   bool point = false;  ///< the shortest chord nearby, not a sample along a line
   double sense = 1;    ///< σ and τ of a sample
   double mean_arc_length = 0;
