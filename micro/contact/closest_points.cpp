@@ -56,7 +56,8 @@ bool is_held(double s, double length, double slope) { return (s <= 0 && slope >=
 
 }  // namespace
 
-std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b, double reach) {
+std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b, double reach,
+                                    const Hold& hold) {
   const double length_a = field.mesh().length(a.fiber), length_b = field.mesh().length(b.fiber);
   a.s = std::clamp(a.s, 0.0, length_a);
   b.s = std::clamp(b.s, 0.0, length_b);
@@ -66,12 +67,12 @@ std::optional<Chord> shortest_chord(const FiberField& field, const State& state,
   double radius = longest;  // of the box in which the Hessian is trusted, in elements
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     Chord chord = chord_between(field, state, a, b);
-    const Vec2 slope = chord.slope();
+    const Vec2 slope = chord.slope() + hold.stiffness * hold.distance(chord) * hold.along();
     const bool held_a = is_held(a.s, length_a, slope[0]), held_b = is_held(b.s, length_b, slope[1]);
     if (!held_a) chord.free[chord.n_free++] = Vec2(1, 0);
     if (!held_b) chord.free[chord.n_free++] = Vec2(0, 1);
     if (chord.n_free == 0) return chord;
-    Eigen::Matrix2d hessian = chord.hessian();
+    Eigen::Matrix2d hessian = chord.hessian() + hold.stiffness * hold.along() * hold.along().transpose();
     const bool convex = hessian.determinant() > 0 && hessian(0, 0) > 0;
     if (!convex) {
       // Beyond an inflection: downhill by the size of each curvature, whatever its sign.
@@ -93,7 +94,7 @@ std::optional<Chord> shortest_chord(const FiberField& field, const State& state,
     constexpr double small = 1e-3;
     const bool trusted = convex && std::abs(step[0]) < small * h_a && std::abs(step[1]) < small * h_b;
     const Chord trial = chord_between(field, state, {a.fiber, a.s + step[0]}, {b.fiber, b.s + step[1]});
-    if (!trusted && trial.c.squaredNorm() > chord.c.squaredNorm()) {
+    if (!trusted && hold.energy(trial) > hold.energy(chord)) {
       radius = 0.25 * std::min(size, radius);
       if (radius < settled) return chord;  // round-off decides
       continue;

@@ -55,9 +55,24 @@ struct Chord {
                                                             Index fiber_b, double sense, double tau, double u,
                                                             double reach);
 
-/// The shortest chord nearby: a local minimum over both feet, which may rest at ends of the fibers. Nothing where the
-/// feet would go farther than `reach`.
+/// Holds a chord near a mean arc length τ₀: minimised is ½|c|² + ½ η (τ − τ₀)², τ = ½(s_a + σ s_b). Where two fibers
+/// stay at one distance over a length, their lowest point would otherwise be anywhere along it.
+struct Hold {
+  double stiffness = 0;  ///< η
+  double sense = 1, mean_arc_length = 0;
+
+  [[nodiscard]] Vec2 along() const { return {0.5, 0.5 * sense}; }  ///< ∂τ/∂(s_a, s_b)
+  [[nodiscard]] double distance(const Chord& chord) const {
+    return 0.5 * (chord.a.s + sense * chord.b.s) - mean_arc_length;
+  }
+  [[nodiscard]] double energy(const Chord& chord) const {
+    return 0.5 * chord.c.squaredNorm() + 0.5 * stiffness * distance(chord) * distance(chord);
+  }
+};
+
+/// The shortest chord nearby, or one held: a local minimum over both feet, which may rest at ends of the fibers. Nothing
+/// where the feet would go farther than `reach`.
 [[nodiscard]] std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b,
-                                                  double reach);
+                                                  double reach, const Hold& hold = {});
 
 }  // namespace trame::micro

@@ -56,27 +56,36 @@ SeenSection see_section(const FiberField& field, const State& state, const Foot&
 }
 
 /// `growth_a`, `growth_b`: derivatives of R |w| by arc length.
-Gap::Sliding sliding(const Gap& g, const Chord& chord, double growth_a, double growth_b) {
+Gap::Sliding sliding(const Gap& g, const Proximity& pair, double growth_a, double growth_b) {
   Gap::Sliding s;
+  const Chord& chord = pair.chord;
   if (g.inverse_distance == 0 || chord.n_free == 0) return s;
-  Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d of_distance = Eigen::Matrix2d::Zero(), of_hold = Eigen::Matrix2d::Zero();
   Vec2 slope = Vec2::Zero();
   const Vec3 x = g.a.outermost - g.b.outermost;
+  const double held_by = pair.point ? g.inverse_distance * pair.hold.stiffness : 0;
   for (int i = 0; i < chord.n_free; ++i) {
     const Vec2& f = chord.free[i];
     s.along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
-    s.turn[i] = g.inverse_distance * g.across(s.along[i]);
-    for (int j = 0; j <= i; ++j)
-      a(i, j) = a(j, i) = s.along[j].dot(s.turn[i]) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
-                                                                   f[0] * chord.free[j][0] * chord.at_a.curvature);
-    slope[i] = -x.dot(s.turn[i]) - f[0] * growth_a - f[1] * growth_b;
+    s.turn[i] = g.inverse_distance * s.along[i];
+    for (int j = 0; j <= i; ++j) {
+      of_distance(i, j) = of_distance(j, i) =
+          s.along[j].dot(s.turn[i]) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
+                                                   f[0] * chord.free[j][0] * chord.at_a.curvature);
+      of_hold(i, j) = of_hold(j, i) = held_by * f.dot(pair.hold.along()) * chord.free[j].dot(pair.hold.along());
+    }
+    slope[i] = g.normal.dot(s.along[i]) - g.inverse_distance * x.dot(g.across(s.along[i])) - f[0] * growth_a -
+               f[1] * growth_b;
   }
+  Eigen::Matrix2d a = of_distance + of_hold;
+  if (chord.n_free == 1) a(1, 1) = 1;
   // A valley that is level to round-off holds no foot.
   const double steep = g.inverse_distance * (chord.at_a.tangent.squaredNorm() + chord.at_b.tangent.squaredNorm());
   if (std::abs(a.determinant()) < 1e-12 * (chord.n_free == 2 ? steep * steep : steep)) return s;
   s.n = chord.n_free;
   s.inverse = a.inverse();
-  s.to_other_sections = s.inverse * slope;
+  s.bend = s.inverse + s.inverse * of_hold * s.inverse;
+  s.drift = s.inverse * slope;
   return s;
 }
 
@@ -97,9 +106,9 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
   g.a = a.section;
   g.b = b.section;
   g.value = g.normal.dot(c) - e.offset - a.size - b.size;
-  g.sliding = sliding(g, e.pair.chord, a.slope, b.slope);
+  g.sliding = sliding(g, e.pair, a.slope, b.slope);
   g.force_direction = g.normal - g.inverse_distance * g.across(g.a.outermost - g.b.outermost);
-  for (int i = 0; i < g.sliding.n; ++i) g.force_direction -= g.sliding.to_other_sections[i] * g.sliding.turn[i];
+  for (int i = 0; i < g.sliding.n; ++i) g.force_direction -= g.sliding.drift[i] * g.sliding.turn[i];
   e.normal = g.normal;
   e.s_a = e.pair.chord.a.s;
   e.s_b = e.pair.chord.b.s;
@@ -200,7 +209,7 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
 
   // δg = n·δc − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b) − z·B,  δn = P δc/(n·c).
   LocalForms::Form gradient = local.zero();
-  for (int i = 0; i < slide.n; ++i) gradient -= slide.to_other_sections[i] * b[i];
+  for (int i = 0; i < slide.n; ++i) gradient -= slide.drift[i] * b[i];
   LocalForms::position(gradient, 1) = g.force_direction;
   LocalForms::position(gradient, 0) = -g.force_direction;
   local.add_section(gradient, 0, e.radius_a * g.a.w, -n);
@@ -211,7 +220,7 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
   LocalForms::Matrix k = local.zero_matrix();
   LocalForms::add_square(gradient, e.stiffness(p_reg), k);
   // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure. Left out
-  // is δz, of the order of a section's strain per radius.
+  // is δz, of the order of a section's strain per radius and of how far a foot is held from the lowest point.
   const bool exact = assembler.tangent() == Assembler::Tangent::exact && g.inverse_distance != 0;
   const auto add_outline = [&](int side, const Gap::Section& section) {
     if (section.curvature == 0) return;
@@ -240,8 +249,8 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
       LocalForms::add_product(sliding_chord, sections, f * g.inverse_distance, k);
     }
     for (int i = 0; i < slide.n; ++i) {
-      LocalForms::add_square(b[i], f * slide.inverse(i, i), k);
-      for (int j = 0; j < i; ++j) LocalForms::add_product(b[i], b[j], f * slide.inverse(i, j), k);
+      LocalForms::add_square(b[i], f * slide.bend(i, i), k);
+      for (int j = 0; j < i; ++j) LocalForms::add_product(b[i], b[j], f * slide.bend(i, j), k);
     }
   }
   local.scatter_tangent(k, assembler);

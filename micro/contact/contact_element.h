@@ -111,14 +111,15 @@ struct Gap {
     Vec3 outermost = Vec3::Zero();  ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
     Vec3 beside = Vec3::Zero();     ///< (−w₂ g₁ + w₁ g₂)/|w|
   };
-  /// How the feet slide along their free directions e: by δs = −A⁻¹ B with the forms B_e = δ(∂d/∂e), d = n·c, and A =
-  /// ∂²d/∂e∂e'.
+  /// How the feet slide along their free directions e: with d = n·c, F what they minimise, over d, the forms B_e =
+  /// δ(∂F/∂e) and A = ∂²F/∂e∂e', by δs = −A⁻¹ B.
   struct Sliding {
     int n = 0;
     std::array<Vec3, 2> along;  ///< ∂c/∂e
-    std::array<Vec3, 2> turn;   ///< ∂n/∂e: the part of B_e that goes with δc
+    std::array<Vec3, 2> turn;   ///< the part of B_e that goes with δc
     Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  ///< A⁻¹
-    Vec2 to_other_sections = Vec2::Zero();  ///< z = A⁻¹ ∂g/∂e: what B takes off δg as feet slide to other sections
+    Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();     ///< 2A⁻¹ − A⁻¹ A_d A⁻¹, A_d of d alone: δ²d = … − B·bend B
+    Vec2 drift = Vec2::Zero();  ///< z = A⁻¹ ∂g/∂e: what B takes off δg as feet slide to where g is another
   };
   double value = 0;
   Vec3 normal = Vec3::UnitZ();  ///< n, from a to b

@@ -156,6 +156,9 @@ ValleyBounds valley_bounds(const FiberField& field, const Near& n) {
   return {0.5 * straight - bent, 4 * (straight + bent)};
 }
 
+// Of a radius: what a contact's penetration may be. Up to the first samples do alone, from the second on points.
+constexpr double rise_of_samples = 0.005, rise_of_points = 0.03;
+
 double rise_over_half_spacing(double curvature, double spacing) { return 0.125 * curvature * spacing * spacing; }
 
 /// Second derivative by τ of the distance, u following.
@@ -234,7 +237,7 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   if (chord->c.norm() > contact) return std::nullopt;
   if (c.fiber_a == c.fiber_b && chord->b.s - chord->a.s < least_arc_between(field, search, c.fiber_a))
     return std::nullopt;
-  return Proximity{*chord, part.high - part.low, 1, false, static_cast<double>(c.sense), tau};
+  return Proximity{*chord, part.high - part.low, 1, false, {0, static_cast<double>(c.sense), tau}};
 }
 
 /// Which share of its surroundings a foot's fiber covers: half at an end.
@@ -244,6 +247,8 @@ double covered_share(const FiberField& field, const Foot& foot) {
 }
 
 constexpr double least_share = 1e-6;
+// Points are held as by half of the curvature that makes a point of a valley.
+constexpr double half_steep = 0.5 * rise_of_points / 0.125;
 
 /// A point contact; nothing where its fibers are apart, or stay at this distance along a line.
 std::optional<Proximity> make_point(const FiberField& field, const State& state, const ProximitySearch& search,
@@ -265,7 +270,8 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   const double share = 1 - share_of_samples(rise, smaller_radius(field, a.fiber, b.fiber));
   if (share < least_share) return std::nullopt;
   const double covered = std::min(covered_share(field, chord->a), covered_share(field, chord->b));
-  return Proximity{*chord, share * covered * sum, share, true, static_cast<double>(sense), 0};
+  const double held_by = half_steep / (spacing * spacing) * smaller_radius(field, a.fiber, b.fiber) * sum;
+  return Proximity{*chord, share * covered * sum, share, true, {held_by, static_cast<double>(sense), 0.5 * (chord->a.s + sense * chord->b.s)}};
 }
 
 /// Pairs of samples of two fibers that are nearer than their neighbours along either fiber or both.
@@ -372,7 +378,7 @@ class PairSearch {
       if (sample.point) continue;
       for (const Proximity& p : found_) {
         if (!p.point) continue;
-        const double da = p.s_a() - sample.s_a(), db = sample.sense * (p.s_b() - sample.s_b());
+        const double da = p.s_a() - sample.s_a(), db = sample.hold.sense * (p.s_b() - sample.s_b());
         const double apart = std::max(0.5 * std::abs(da + db), 0.25 * std::abs(da - db)) / spacing;
         sample.share = std::min(sample.share, 1 - p.share * (1 - smooth_step(2 * apart - 1)));
       }
@@ -409,8 +415,7 @@ class PairSearch {
 }  // namespace
 
 double share_of_samples(double rise, double radius) {
-  constexpr double all = 0.005, none = 0.03;  // of a radius: what a contact's penetration may be
-  return 1 - smooth_step((rise / radius - all) / (none - all));
+  return 1 - smooth_step((rise / radius - rise_of_samples) / (rise_of_points - rise_of_samples));
 }
 
 std::vector<Proximity> find_proximities(const FiberField& field, const State& state, const ProximitySearch& search) {
@@ -434,9 +439,9 @@ void follow(const FiberField& field, const State& state, Proximity& pair) {
   const Foot &a = pair.chord.a, &b = pair.chord.b;
   const double within = std::max(field.element_length(a.fiber), field.element_length(b.fiber));
   const auto chord =
-      pair.point ? shortest_chord(field, state, a, b, within)
-                 : chord_at_mean_arc_length(field, state, a.fiber, b.fiber, pair.sense, pair.mean_arc_length,
-                                            0.5 * (a.s - pair.sense * b.s), within);
+      pair.point ? shortest_chord(field, state, a, b, within, pair.hold)
+                 : chord_at_mean_arc_length(field, state, a.fiber, b.fiber, pair.hold.sense, pair.hold.mean_arc_length,
+                                            0.5 * (a.s - pair.hold.sense * b.s), within);
   pair.chord = chord ? *chord : chord_between(field, state, a, b);
 }
 

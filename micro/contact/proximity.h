@@ -22,11 +22,12 @@ struct Proximity {
   double length = 0;   ///< length of contact that it stands for
   double share = 1;    ///< part of its surroundings that it stands for
   bool point = false;  ///< the shortest chord nearby, not a sample along a line
-  double sense = 1;    ///< σ and τ of a sample
-  double mean_arc_length = 0;
+  Hold hold;           ///< σ and τ₀ of both kinds; a sample stays at τ₀
 
   /// The chord by its feet alone: where it is followed from.
-  void keep(Archive& archive) { archive(chord.a, chord.b, length, point, sense, mean_arc_length); }
+  void keep(Archive& archive) {
+    archive(chord.a, chord.b, length, share, point, hold.stiffness, hold.sense, hold.mean_arc_length);
+  }
 
   [[nodiscard]] Index fiber_a() const { return chord.a.fiber; }
   [[nodiscard]] Index fiber_b() const { return chord.b.fiber; }
