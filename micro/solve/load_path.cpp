@@ -56,6 +56,8 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
                          IncrementReport& report) {
   const auto& [newton, effects, settings, driver, timers] = tools;
   constexpr int max_held_up = 3;
+  // From then on what has been found stays, so that fibers that go to and fro meet the same contacts each time.
+  constexpr int few_to_and_fro = 8;
   int n_detours = 0;     // detections because of long motions, which settle nothing
   int n_held_up = 0;     // detections because of forces that jump
   int n_undone = 0;      // equilibria that contacts found at them have undone
@@ -65,7 +67,7 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
   for (;;) {
     {
       const auto guard = timers.measure(Phase::detection);
-      for (const auto& effect : effects) effect->update(state, arrived);
+      for (const auto& effect : effects) effect->update(state, arrived || n_detours > few_to_and_fro);
     }
     ++report.n_geometry_updates;
     constexpr int few = 2;  // detours that cost less than to ask
