@@ -62,6 +62,9 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
   int n_held_up = 0;     // detections because of forces that jump
   int n_undone = 0;      // equilibria that contacts found at them have undone
   bool arrived = false;  // an equilibrium of the contacts known before
+  // Contacts that come up and preloads that are raised undo an equilibrium: it is not worth much before.
+  constexpr double rough = 100;
+  double roughness = slack > 1 ? 1 : rough;
   report.n_stiffenings = 0;
   newton.reset_reach();
   for (;;) {
@@ -80,16 +83,18 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
       const double renewed = newton.evaluate(effects, motion, state, true).relative();
       tools.log(fmt::format("    contacts looked for again: residual {:.2e}, with friction renewed {:.2e}",
                             report.residual, renewed));
+      const bool was_rough = roughness > 1;
       const bool settled =
           newton.is_equilibrium(r, slack) && renewed <= std::max(slack * settings.friction_tolerance, r.relative());
       // One more solution serves both what has come up and what is too soft.
       constexpr double nearly = 1e-2;
       const bool stiff = renewed > nearly || is_stiff_enough(tools, slack, state, report);
       if (settled && stiff) return {true, "", {}};
-      if (!settled && ++n_undone > settings.max_geometry_updates)
+      if (stiff) roughness = 1;
+      if (!settled && !was_rough && ++n_undone > settings.max_geometry_updates)
         return {false, fmt::format("contacts do not settle (relative residual {:.1e})", report.residual), r.worst_dof};
     }
-    const NewtonOutcome outcome = newton.solve(effects, motion, slack, state, driver.log);
+    const NewtonOutcome outcome = newton.solve(effects, motion, slack * roughness, state, driver.log);
     report.n_newton_iterations += outcome.n_iterations;
     report.n_factorizations += outcome.n_factorizations;
     arrived = outcome.converged();
