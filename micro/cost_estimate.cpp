@@ -40,7 +40,8 @@ Fill analyse(const StageModel& model, bool with_contact) {
     if (with_contact || (effect.get() != model.contact && effect.get() != model.crossing_order))
       effect->announce(builder);
   const Pattern pattern(model.layout, std::move(builder));
-  const Elimination elimination(model.layout, pattern);
+  const std::vector<char> all(pattern.coupling_start(pattern.n_nodes()), 1);
+  const Elimination elimination(model.layout, pattern, all);
   return {static_cast<double>(pattern.n_values()), static_cast<double>(elimination.value_start.back()),
           elimination.n_flops};
 }

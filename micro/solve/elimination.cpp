@@ -13,7 +13,7 @@ namespace {
 /// Fill-reducing order and supernodes of a graph, by CHOLMOD.
 class Analysis {
  public:
-  explicit Analysis(const Pattern& pattern) {
+  Analysis(const Pattern& pattern, std::span<const char> kept) {
     cholmod_start(&common_);
     common_.print = 0;
     common_.supernodal = CHOLMOD_SUPERNODAL;
@@ -29,8 +29,9 @@ class Analysis {
     const Index n = pattern.n_nodes();
     std::vector<int> start(n + 1, 0), rows;
     for (Index j = 0; j < n; ++j) {
-      const auto nodes = pattern.rows(j);
-      rows.insert(rows.end(), nodes.begin(), nodes.end());
+      std::size_t coupling = pattern.coupling_start(j);
+      for (const Index i : pattern.rows(j))
+        if (kept[coupling++]) rows.push_back(i);
       start[j + 1] = static_cast<int>(rows.size());
     }
     cholmod_sparse graph{};
@@ -71,8 +72,8 @@ class Analysis {
 
 }  // namespace
 
-Elimination::Elimination(const Layout& layout, const Pattern& pattern) {
-  const Analysis analysis(pattern);
+Elimination::Elimination(const Layout& layout, const Pattern& pattern, std::span<const char> kept) {
+  const Analysis analysis(pattern, kept);
   const Index n = pattern.n_nodes(), n_super = analysis.n_supernodes();
   node.assign(analysis.order().begin(), analysis.order().end());
   std::vector<Index> position(n);
@@ -126,16 +127,20 @@ Elimination::Elimination(const Layout& layout, const Pattern& pattern) {
 
   block_start.assign(n + 1, 0);
   const auto column_of = [&](Index i, Index j) { return std::min(position[i], position[j]); };
-  for (Index j = 0; j < n; ++j)
-    for (const Index i : pattern.rows(j)) ++block_start[column_of(i, j) + 1];
+  for (Index j = 0; j < n; ++j) {
+    std::size_t coupling = pattern.coupling_start(j);
+    for (const Index i : pattern.rows(j))
+      if (kept[coupling++]) ++block_start[column_of(i, j) + 1];
+  }
   for (Index k = 0; k < n; ++k) block_start[k + 1] += block_start[k];
   blocks.resize(block_start[n]);
   std::vector<std::size_t> at(block_start.begin(), block_start.end() - 1);
   for (Index j = 0; j < n; ++j) {
-    std::size_t value = pattern.value_start(j);
+    std::size_t value = pattern.value_start(j), coupling = pattern.coupling_start(j);
     for (const Index i : pattern.rows(j)) {
-      blocks[at[column_of(i, j)]++] = {std::max(position[i], position[j]), position[i] < position[j],
-                                       pattern.column_height(j), value};
+      if (kept[coupling++])
+        blocks[at[column_of(i, j)]++] = {std::max(position[i], position[j]), position[i] < position[j],
+                                         pattern.column_height(j), value};
       value += 3 * layout.n_vectors(i);
     }
   }

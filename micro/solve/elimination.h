@@ -17,8 +17,9 @@ class Elimination {
  public:
   Elimination() = default;
   /// Orders with METIS and finds the supernodes with CHOLMOD, both on the graph of nodes: analysis costs next to
-  /// nothing there. \throws std::runtime_error if CHOLMOD fails, for instance without memory.
-  Elimination(const Layout& layout, const Pattern& pattern);
+  /// nothing there. Couplings of the pattern that are not `kept` are left out. \throws std::runtime_error if CHOLMOD
+  /// fails, for instance without memory.
+  Elimination(const Layout& layout, const Pattern& pattern, std::span<const char> kept);
 
   [[nodiscard]] Index n_supernodes() const { return static_cast<Index>(parent.size()); }
   [[nodiscard]] std::span<const Index> row_positions(Index s) const {

@@ -40,24 +40,58 @@ void LinearSolver::set_pattern(const Pattern& pattern) {
 void LinearSolver::forget() {
   pattern_ = nullptr;
   elimination_ = {};
-  analyzed_ = has_factor_ = false;
+  analyzed_ = has_factor_ = complete_ = false;
 }
 
-void LinearSolver::analyze() {
-  if (analyzed_) return;
-  elimination_ = Elimination(layout_, *pattern_);
+std::vector<char> LinearSolver::couplings(std::span<const double> values, double weak) const {
+  const Pattern& pattern = *pattern_;
+  std::vector<double> size(layout_.n_dofs());  // 1/√K_rr
+  for (Index j = 0; j < pattern.n_nodes(); ++j)
+    for (Index d = layout_.first_dof(j), c = 0; d < layout_.first_dof(j + 1); ++d, ++c) {
+      const double k = values[pattern.value_start(j) + static_cast<std::size_t>(c) * pattern.column_height(j) + c];
+      size[d] = k > 0 ? 1 / std::sqrt(k) : 1;
+    }
+  std::vector<char> strong(pattern.coupling_start(pattern.n_nodes()), 0);
+#pragma omp parallel for num_threads(n_threads_) schedule(static)
+  for (Index j = 0; j < pattern.n_nodes(); ++j) {
+    std::size_t coupling = pattern.coupling_start(j), value = pattern.value_start(j);
+    const Index first = layout_.first_dof(j), width = layout_.first_dof(j + 1) - first;
+    const auto stride = static_cast<std::size_t>(pattern.column_height(j));
+    for (const Index i : pattern.rows(j)) {
+      const Index begin = layout_.first_dof(i), height = layout_.first_dof(i + 1) - begin;
+      double largest = 0;
+      for (Index c = 0; c < width; ++c)
+        for (Index r = 0; r < height; ++r)
+          largest = std::max(largest, std::abs(values[value + c * stride + r]) * size[begin + r] * size[first + c]);
+      strong[coupling++] = i == j || largest > weak;
+      value += height;
+    }
+  }
+  return strong;
+}
+
+void LinearSolver::analyze(std::span<const double> values) {
+  // What has just come above the limit was kept before.
+  constexpr double weak = 1e-4, weak_when_analyzed = 3e-5;
+  if (analyzed_) {
+    const std::vector<char> needed = couplings(values, complete_ ? 0 : weak);
+    if (std::equal(needed.begin(), needed.end(), kept_.begin(), [](char n, char k) { return k || !n; })) return;
+  }
+  kept_ = couplings(values, complete_ ? 0 : weak_when_analyzed);
+  elimination_ = Elimination(layout_, *pattern_, kept_);
   analyzed_ = true;
   has_factor_ = false;
 }
 
 bool LinearSolver::factorize(std::span<const double> values) {
-  analyze();
+  analyze(values);
   has_factor_ = precision_ == FactorPrecision::single_precision ? single_.factorize(elimination_, values, n_threads_)
                                                                 : double_.factorize(elimination_, values, n_threads_);
   return has_factor_;
 }
 
-bool LinearSolver::refine_precision() {
+bool LinearSolver::refine() {
+  if (!complete_) return complete_ = true;
   if (precision_ == FactorPrecision::double_precision) return false;
   precision_ = FactorPrecision::double_precision;
   has_factor_ = false;

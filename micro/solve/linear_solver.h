@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind a complete
-/// factor, which may be in single precision, or that of an earlier matrix.
+/// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind the factor of what
+/// couples nodes strongly, which may be in single precision, or that of an earlier matrix.
 
 #include <optional>
 #include <span>
@@ -17,13 +17,15 @@ class LinearSolver {
 
   /// Matrices have this pattern from now on; it must outlive its use here. The last factor stays, and may still serve.
   void set_pattern(const Pattern& pattern);
-  /// Orders and analyses the pattern, once, whatever the number of factorisations; the last factor goes.
-  void analyze();
-  /// Analyses if need be, and factorises the matrix with these values. Returns false where it is not positive definite
-  /// in the precision of the factor.
+  /// Orders and analyses what couples nodes strongly in the matrix with these values. What has been analysed before of
+  /// the same pattern stays as long as it has all of that; otherwise the last factor goes.
+  void analyze(std::span<const double> values);
+  /// Analyses if need be, and factorises the matrix with these values without its weak couplings. Returns false where it
+  /// is not positive definite in the precision of the factor.
   [[nodiscard]] bool factorize(std::span<const double> values);
-  /// Factorises in double precision from now on. Returns false if that was the case already.
-  bool refine_precision();
+  /// Factorises more exactly from now on: first with all couplings, until `forget`, then in double precision. Returns
+  /// false if that was the case already.
+  bool refine();
 
   /// The last factor goes, and with it all that does not follow from the next pattern and matrix.
   void forget();
@@ -59,6 +61,8 @@ class LinearSolver {
   [[nodiscard]] double curvature(std::span<const double> values);
   /// Goes along the present direction to its lowest point and takes the next direction; returns the new norm, squared.
   [[nodiscard]] double iterate(double curvature, double norm_squared);
+  /// The couplings in which |K_rc| > weak · √(K_rr K_cc) somewhere.
+  [[nodiscard]] std::vector<char> couplings(std::span<const double> values, double weak) const;
   /// y = K x
   void multiply(std::span<const double> values, std::span<const double> x, std::span<double> y);
 
@@ -70,6 +74,8 @@ class LinearSolver {
   SupernodalFactor<float> single_;
   SupernodalFactor<double> double_;
   bool analyzed_ = false;  // elimination_ is that of pattern_, not of an earlier one
+  bool complete_ = false;  // weak couplings count
+  std::vector<char> kept_;  // couplings of the pattern that elimination_ has
   bool has_factor_ = false;
   bool met_negative_curvature_ = false;
   std::vector<Index> part_start_;             // node columns of each part of the product

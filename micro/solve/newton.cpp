@@ -176,7 +176,7 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
   const auto factorize = [&] {
     {
       const auto guard = timers_.measure(Phase::symbolic);
-      linear_.analyze();
+      linear_.analyze(values_);
     }
     const auto guard = timers_.measure(Phase::factorization);
     ++outcome.n_factorizations;
@@ -208,16 +208,17 @@ bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& pre
   // a little stiffer all over; then the iterations tell whether the tangent itself is singular.
   const auto find_with_projection = [&] {
     constexpr double first_shift = 1e-8, last_shift = 1e-4;
-    for (double shift = 0; shift <= last_shift; shift = shift == 0 ? first_shift : 100 * shift) {
-      do {
+    do {
+      for (double shift = 0; shift <= last_shift; shift = shift == 0 ? first_shift : 100 * shift) {
         set_up(Assembler::Tangent::projected);
         scale_diagonal(1 + shift);
-        if (!factorize()) continue;
-        if (may_end_early) set_up(Assembler::Tangent::exact);
-        if (solve(max_iterations, may_end_early ? Truncated::at_any_limit : Truncated::never)) return true;
-      } while (linear_.refine_precision());
-      if (!may_end_early) return false;
-    }
+        if (factorize()) {
+          if (may_end_early) set_up(Assembler::Tangent::exact);
+          if (solve(max_iterations, may_end_early ? Truncated::at_any_limit : Truncated::never)) return true;
+        }
+        if (!may_end_early) break;
+      }
+    } while (linear_.refine());
     return false;
   };
   // The exact tangent of `state` is set up.

@@ -82,6 +82,8 @@ class Pattern {
   [[nodiscard]] std::span<const Index> rows(Index column_node) const {
     return {row_nodes_.data() + column_start_[column_node], row_nodes_.data() + column_start_[column_node + 1]};
   }
+  /// Where the couplings of a column node begin among all, in the order of `rows`.
+  [[nodiscard]] std::size_t coupling_start(Index column_node) const { return column_start_[column_node]; }
   /// Number of scalar rows in each column of node j.
   [[nodiscard]] Index column_height(Index j) const { return column_height_[j]; }
   /// Where the values of node j's first scalar column start.
