@@ -70,6 +70,15 @@ TEST_F(Bootstrap, BuildsEveryProgramThatTheReadmePromises) {
   EXPECT_NE(outcome.out.find("ran plain_small --alpha 1"), std::string::npos) << outcome.out;
 }
 
+TEST_F(Bootstrap, RunsWhatReadsFilesUnderSanitizers) {
+  write_program(folder_ / "stubs/ctest", "echo tested \"$@\"");
+  const Outcome outcome = bootstrap({"fuzz", "-L", "sanitized"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(targets(), std::set<std::string>{"fuzzers"});
+  EXPECT_NE(read_text(folder_ / "cmake.log").find("--build --preset fuzz"), std::string::npos);
+  EXPECT_NE(outcome.out.find("tested --preset fuzz --no-tests=error -L sanitized"), std::string::npos) << outcome.out;
+}
+
 TEST(Build, PutsRenderPatchBesideTheProgramsThatStartIt) {
   for (const fs::path program : {TRAME_RUN_WORKFLOW, TRAME_STRAIN_POST})
     EXPECT_TRUE(fs::exists(program.parent_path() / "render_patch")) << program;
