@@ -2,7 +2,7 @@
 /// \file
 /// From the dimensionless state of a stage to the records of an increment in SI units.
 
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 #include "micro/model.h"
 
 namespace trame::micro {

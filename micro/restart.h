@@ -4,7 +4,7 @@
 /// where they were left themselves.
 
 #include "micro/core/archive.h"
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 #include "micro/model.h"
 
 namespace trame::micro {

@@ -16,7 +16,7 @@
 #include "micro/core/archive.h"
 #include "micro/core/error.h"
 #include "micro/core/wildcard.h"
-#include "micro/io/whole_file.h"
+#include "micro/core/whole_file.h"
 #include "micro/model.h"
 #include "micro/record.h"
 #include "micro/restart.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "micro/core/timers.h"
-#include "micro/io/scene.h"
-#include "micro/io/snapshot.h"
+#include "micro/scene/scene.h"
+#include "micro/states/snapshot.h"
 
 namespace trame::micro {
 

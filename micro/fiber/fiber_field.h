@@ -6,7 +6,7 @@
 #include <string>
 
 #include "micro/fiber/fiber_mesh.h"
-#include "micro/io/scene.h"
+#include "micro/fiber/fiber_model.h"
 #include "micro/solve/system.h"
 
 namespace trame::micro {

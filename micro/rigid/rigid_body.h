@@ -7,6 +7,7 @@
 #include <string>
 
 #include "micro/fiber/fiber_field.h"
+#include "micro/rigid/body_dof.h"
 #include "micro/solve/effect.h"
 
 namespace trame::micro {

@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "micro/io/snapshot.h"
 #include "micro/simulate.h"
+#include "micro/states/snapshot.h"
 
 constexpr const char* scene = R"(
 [material.pa66]

@@ -2,8 +2,8 @@
 /// \file
 /// Parts of reading a scene: its bodies with their ties, and its stages with their drives.
 
-#include "micro/io/scene.h"
-#include "micro/io/scene_value.h"
+#include "micro/scene/scene.h"
+#include "micro/scene/value.h"
 
 namespace trame::micro {
 

@@ -3,9 +3,9 @@
 /// The tables of a scene and their keys, in one place: what `parse_scene` reads is what `scene_schema` describes.
 /// Names that a table may refer to are arguments; the schema passes none.
 
-#include "micro/io/scene.h"
-#include "micro/io/scene_keys.h"
-#include "micro/io/scene_pattern.h"
+#include "micro/scene/keys.h"
+#include "micro/scene/pattern.h"
+#include "micro/scene/scene.h"
 
 namespace trame::micro {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "micro/core/wildcard.h"
-#include "micro/io/scene_value.h"
+#include "micro/scene/value.h"
 
 namespace trame::micro {
 

@@ -8,10 +8,10 @@
 #include <map>
 #include <stdexcept>
 
-#include "micro/io/hdf5.h"
-#include "micro/io/snapshot.h"
-#include "micro/io/snapshot_layout.h"
-#include "micro/io/whole_file.h"
+#include "micro/states/hdf5.h"
+#include "micro/states/snapshot.h"
+#include "micro/states/snapshot_layout.h"
+#include "micro/core/whole_file.h"
 
 namespace trame::micro {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "micro/core/text.h"
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 
 namespace trame::micro::layout {
 

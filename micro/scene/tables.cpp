@@ -1,6 +1,6 @@
-#include "micro/io/scene_tables.h"
+#include "micro/scene/tables.h"
 
-#include "micro/io/scene_weave.h"
+#include "micro/scene/weave.h"
 
 namespace trame::micro {
 
@@ -70,15 +70,16 @@ std::vector<Key<FiberSpec>> fiber_keys(const Names& fiber_types) {
 
 std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types) {
   using T = BundleSpec;
-  return {key<T>("name", &T::name, new_name(), "name of the bundle").needed(),
-          key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
-          key<T>("points", &T::points, points(), "at least two; cubic spline of the bundle's axis").needed(),
-          key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
-          key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in the bundle").needed(),
-          key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the height, at most all")
-              .otherwise("default: as round as it gets"),
-          key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters"),
-          key<T>("twist", &T::twist, number(any()), "turns over the length, free of stress")};
+  return {
+      key<T>("name", &T::name, new_name(), "name of the bundle").needed(),
+      key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
+      key<T>("points", &T::points, points(), "at least two; cubic spline of the bundle's axis").needed(),
+      key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
+      key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in the bundle").needed(),
+      key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the height, at most all")
+          .otherwise("default: as round as it gets"),
+      key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters"),
+      key<T>("twist", &T::twist, number(any()), "turns over the length, free of stress")};
 }
 
 std::vector<Key<WeaveInput>> weave_keys() {

@@ -1,4 +1,4 @@
-#include "micro/io/scene_value.h"
+#include "micro/scene/value.h"
 
 #include <fmt/format.h>
 

@@ -8,23 +8,10 @@
 #include <vector>
 
 #include "micro/core/types.h"
+#include "micro/fiber/fiber_model.h"
+#include "micro/rigid/body_dof.h"
 
 namespace trame::micro {
-
-/// Linear elastic material, isotropic or transversely isotropic about the fiber axis (L).
-struct Material {
-  std::string name;
-  double young_modulus_axial = 0;       ///< E_L, Pa
-  double young_modulus_transverse = 0;  ///< E_T, Pa (= E_L when isotropic)
-  double shear_modulus_axial = 0;       ///< G_LT, Pa (= E/2(1+ν) when isotropic)
-  double poisson_ratio_axial = 0;       ///< ν_LT, −1 < ν < 0.5
-  double poisson_ratio_transverse = 0;  ///< ν_TT
-
-  bool operator==(const Material&) const = default;
-};
-
-/// Kinematics of a fiber: 9-dof enriched beam, or stretch-and-bend rod.
-enum class FiberModel : std::uint8_t { enriched, rod };
 
 struct FiberType {
   std::string name;
@@ -87,7 +74,6 @@ struct Weave {
 /// How fiber ends follow a body: position and section of each; or, so that fibers may rearrange, section and position
 /// along its own reference tangent of each and across it only the mean position of all.
 enum class TieKind : std::uint8_t { clamped, average };
-enum class FiberEnd : std::uint8_t { start, end };
 
 struct Tie {
   std::string fibers;  ///< name of a fiber, bundle or yarn, with * and ? as wildcards
@@ -105,9 +91,6 @@ struct BodySpec {
 
   bool operator==(const BodySpec&) const = default;
 };
-
-/// Degree of freedom of a body: translation along, or rotation about, a global axis.
-enum class BodyDof : std::uint8_t { x, y, z, rx, ry, rz };
 
 /// What drives a dof of some bodies through a stage. Ramps are linear over the stage.
 enum class DriveMode : std::uint8_t {
@@ -164,7 +147,7 @@ struct SolverSettings {
   double force_tolerance = 1e-6;  ///< residual norm over that of the forces that fibers get from outside
   Index max_newton_iterations = 40;
   Index max_geometry_updates = 12;  ///< times that contacts found anew may undo an equilibrium, in an increment
-  double geometry_tolerance = 1;  ///< of scenes for earlier versions, which had two: the smaller one counts
+  double geometry_tolerance = 1;    ///< of scenes for earlier versions, which had two: the smaller one counts
   double step_cap = 0.5;  ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
   FactorPrecision factor_precision = FactorPrecision::double_precision;
   double min_increment = 1e-4;  ///< smallest fraction of a stage before the solver gives up

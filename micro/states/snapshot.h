@@ -1,7 +1,7 @@
 #pragma once
 /// \file
 /// Saved states: one HDF5 file with the mesh, the scene and every saved increment, all in SI units.
-/// Layout: micro/io/README.md.
+/// Layout: micro/states/README.md.
 
 #include <array>
 #include <filesystem>

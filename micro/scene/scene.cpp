@@ -1,4 +1,4 @@
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,9 @@
 
 #include "micro/core/error.h"
 #include "micro/core/text.h"
-#include "micro/io/scene_stages.h"
-#include "micro/io/scene_tables.h"
-#include "micro/io/scene_weave.h"
+#include "micro/scene/stages.h"
+#include "micro/scene/tables.h"
+#include "micro/scene/weave.h"
 
 namespace trame::micro {
 

@@ -1,4 +1,4 @@
-#include "micro/io/scene_stages.h"
+#include "micro/scene/stages.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "micro/io/scene_tables.h"
-#include "micro/io/scene_weave.h"
+#include "micro/scene/tables.h"
+#include "micro/scene/weave.h"
 
 namespace trame::micro {
 

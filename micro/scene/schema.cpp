@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "micro/io/scene.h"
-#include "micro/io/scene_tables.h"
+#include "micro/scene/scene.h"
+#include "micro/scene/tables.h"
 
 namespace trame::micro {
 

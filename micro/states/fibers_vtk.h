@@ -18,7 +18,7 @@
 #include <memory>
 #include <vector>
 
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 
 namespace trame::micro {
 

@@ -1,11 +1,11 @@
-#include "micro/io/scene_weave.h"
+#include "micro/scene/weave.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
 
-#include "micro/io/scene_pattern.h"
-#include "micro/io/scene_tables.h"
+#include "micro/scene/pattern.h"
+#include "micro/scene/tables.h"
 
 namespace trame::micro {
 

@@ -1,4 +1,4 @@
-#include "micro/io/scene_pattern.h"
+#include "micro/scene/pattern.h"
 
 #include <cassert>
 #include <numeric>

@@ -2,9 +2,9 @@
 /// \file
 /// Part of reading a scene: its weave.
 
-#include "micro/io/scene.h"
-#include "micro/io/scene_keys.h"
-#include "micro/io/scene_pattern.h"
+#include "micro/scene/keys.h"
+#include "micro/scene/pattern.h"
+#include "micro/scene/scene.h"
 
 namespace trame::micro {
 

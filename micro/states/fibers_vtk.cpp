@@ -1,4 +1,4 @@
-#include "micro/io/fibers_vtk.h"
+#include "micro/states/fibers_vtk.h"
 
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "micro/fiber/lagrange.h"
-#include "micro/io/vtk_series.h"
+#include "micro/states/vtk_series.h"
 
 namespace trame::micro {
 namespace {

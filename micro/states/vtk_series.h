@@ -23,7 +23,7 @@
 
 #include "micro/core/error.h"
 #include "micro/core/types.h"
-#include "micro/io/whole_file.h"
+#include "micro/core/whole_file.h"
 
 namespace trame::micro {
 

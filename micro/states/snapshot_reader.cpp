@@ -5,9 +5,9 @@
 #include <fstream>
 #include <string_view>
 
-#include "micro/io/hdf5.h"
-#include "micro/io/snapshot.h"
-#include "micro/io/snapshot_layout.h"
+#include "micro/states/hdf5.h"
+#include "micro/states/snapshot.h"
+#include "micro/states/snapshot_layout.h"
 
 namespace trame::micro {
 namespace {
