@@ -1,7 +1,7 @@
 #pragma once
 /// \file
 /// Elastic energy of enriched beams: x(s, ξ) = r + ξ₁ g₁ + ξ₂ g₂, 9 dofs a node, 3-node elements, 2 Gauss points.
-/// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/README.md.
+/// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/fiber/README.md.
 
 #include "micro/fiber/fiber_field.h"
 #include "micro/solve/effect.h"

@@ -9,6 +9,10 @@ namespace trame::micro {
 
 namespace {
 
+constexpr double sliver = 0.01;  // share of an increment that is joined to the one before rather than made on its own
+constexpr double cut = 0.5;      // what is left of an increment that failed
+constexpr double regrowth = 2;   // of cut increments, with each that is accepted at once
+
 struct Attempt {
   bool accepted = false;
   std::string reason;
@@ -19,7 +23,7 @@ struct Attempt {
 /// What a stage works with.
 struct Tools {
   NewtonSolver& newton;
-  const Effects& effects;
+  Effects& effects;
   const LoadPathSettings& settings;
   const StageDriver& driver;
   Timers& timers;
@@ -135,22 +139,22 @@ State predict(const State& state, const State& before, double ratio, double cap)
   return predicted;
 }
 
-void begin_step(const Effects& effects, const State& start, double to) {
+void begin_step(Effects& effects, const State& start, double to) {
   for (const auto& effect : effects) effect->begin_step(start, to);
 }
 
-void commit(const Effects& effects, const State& state) {
+void commit(Effects& effects, const State& state) {
   for (const auto& effect : effects) effect->commit(state);
 }
 
 }  // namespace
 
-void begin_at(const Effects& effects, const State& state, double to) {
+void begin_at(Effects& effects, const State& state, double to) {
   begin_step(effects, state, to);
   for (const auto& effect : effects) effect->update(state);
 }
 
-StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
+StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, StagePosition& position, State& state) {
   const Tools tools{newton, effects, settings, driver, timers};
   const double nominal = 1.0 / settings.n_increments;
@@ -166,8 +170,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
   newton.search_along_steps(searches);
   auto clock = Timers::Clock::now();
   while (time < 1) {
-    // A last increment that would be a sliver is joined to the one before.
-    const double to = time + 1.01 * size >= 1 ? 1 : time + size;
+    const double to = time + (1 + sliver) * size >= 1 ? 1 : time + size;
     tools.log(fmt::format("  stage time {:.4f} -> {:.4f}", time, to));
     begin_step(effects, state, to);
     // A first guess that led to a cut is not tried again, and what happens in a stage's first increment is like no
@@ -181,7 +184,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     if (!attempt.accepted && driver.stop()) return {StageOutcome::Status::interrupted, "", time, std::nullopt};
     if (!attempt.accepted) {
       ++report.n_cuts;
-      size = 0.5 * (to - time);
+      size = cut * (to - time);
       tools.log(fmt::format("  cut: {}", attempt.reason));
       if (size < settings.min_increment && searches && settings.may_take_whole_steps) {
         tools.log("  whole steps from here on");
@@ -202,7 +205,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     time = to;
     report.stage_time = time;
     report.seconds = std::chrono::duration<double>(Timers::Clock::now() - clock).count();
-    next_size = size = report.n_cuts == 0 ? std::min(nominal, 2 * size) : size;
+    next_size = size = report.n_cuts == 0 ? std::min(nominal, regrowth * size) : size;
     const bool go_on = driver.accepted(state, report);
     report = {};
     failure = {};

@@ -14,7 +14,7 @@
 
 #include "micro/core/error.h"
 #include "micro/model.h"
-#include "micro/restart.h"
+#include "micro/run/restart.h"
 #include "micro/simulate.h"
 #include "tests/fuzz/hdf5_numbers.h"
 
@@ -77,7 +77,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const SnapshotReader states(good.damaged);
     for (Index i = 0; i < std::min<Index>(states.n_increments(), 10); ++i) (void)states.read(i);
     const Restart restart = restart_after("push", states, good.natural, good.assembly, good.scales);
-    const StageModel model(good.natural, good.assembly, good.natural.stages[1], restart.carried);
+    StageModel model(good.natural, good.assembly, good.natural.stages[1], restart.start);
     begin_at(model.effects, model.start, 1);
   } catch (const InputError&) {  // what is meant
   }

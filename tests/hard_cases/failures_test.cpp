@@ -64,9 +64,11 @@ StageRun run_with(Spoils what, double from) {
   settings.travel_cap = 0.5;
   Timers timers;
   NewtonSolver newton(model.layout, settings, 1, timers);
-  LoadPathSettings path;
-  path.n_increments = 10;
-  path.min_increment = 1e-2;
+  const LoadPathSettings path{.n_increments = 10,
+                              .max_geometry_updates = 12,
+                              .friction_tolerance = 1e-4,
+                              .min_increment = 1e-2,
+                              .prediction_cap = 0.5};
   StageRun run;
   StageDriver driver;
   driver.motion = [&](const State& s, double a, double b) { return model.motion(s, a, b); };

@@ -61,7 +61,7 @@ TEST(Ledger, ContactsAreCountedWhereTheyPressLess) {
 
 TEST(Ledger, TheProximalTermTakesTheMeanOfItsForces) {
   const test::TwoFibers scene(FiberModel::rod);
-  Proximal proximal(scene.layout, 2, 0.3, 0.3);
+  Proximal proximal(scene.layout, {.first_node = 2, .start = 0.3, .end = 0.3});
   State from = scene.state, to = from;
   double expected = 0, force = 0;
   for (const double motion : {0.2, 0.5}) {

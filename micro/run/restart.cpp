@@ -1,4 +1,4 @@
-#include "micro/restart.h"
+#include "micro/run/restart.h"
 
 #include <fmt/format.h>
 
@@ -162,91 +162,20 @@ std::vector<ContactHistory> contact_history(const ContactRecord& record, const S
   return history;
 }
 
-Carried carry(const Increment& state, const Scene& scene, const Assembly& assembly, const Scales& scales) {
-  Carried carried;
-  carried.configuration = in_natural_units(state.fibers, scales);
+StageStart stage_start_at(const Increment& state, const Scene& scene, const Assembly& assembly, const Scales& scales) {
+  StageStart start;
+  start.configuration = in_natural_units(state.fibers, scales);
   for (std::size_t b = 0; b < state.bodies.position.size(); ++b) {
-    carried.poses.push_back({state.bodies.position[b] / scales.length, state.bodies.rotation[b]});
+    start.poses.push_back({state.bodies.position[b] / scales.length, state.bodies.rotation[b]});
     const Vec3 force = state.bodies.force[b] / scales.force(), moment = state.bodies.moment[b] / scales.energy();
-    for (const Vec3& v : {force, moment}) carried.body_forces.insert(carried.body_forces.end(), v.data(), v.data() + 3);
+    for (const Vec3& v : {force, moment}) start.body_forces.insert(start.body_forces.end(), v.data(), v.data() + 3);
   }
-  carried.contact_history = contact_history(state.contacts, scene, assembly, scales);
-  for (const Vec3& f : state.contacts.friction_force) carried.contact_tractions.push_back(-f / scales.force());
-  return carried;
-}
-
-/// What of two scenes differs, but for names, titles and stages; empty where nothing does.
-std::string difference(const Scene& a, const Scene& b) {
-  std::string parts;
-  const auto compare = [&](bool same, const char* what) {
-    if (!same) parts += (parts.empty() ? "" : ", ") + std::string(what);
-  };
-  compare(a.materials == b.materials, "materials");
-  compare(a.fiber_types == b.fiber_types, "fiber types");
-  compare(a.fibers == b.fibers, "fibers");
-  compare(a.bundles == b.bundles, "bundles");
-  compare(a.weave == b.weave, "weave");
-  compare(a.bodies == b.bodies, "bodies");
-  compare(a.twist_stretch == b.twist_stretch && a.contact.scope == b.contact.scope &&
-              a.contact.self_contact == b.contact.self_contact && a.contact.friction == b.contact.friction,
-          "effects");
-  compare(a.contact == b.contact, "contact");
-  compare(a.solver == b.solver, "solver");
-  return parts;
-}
-
-/// Fails unless the scene that was run is the one at hand, but for stages that have not begun.
-void require_same_scene(const SnapshotHeader& header, const Scene& scene, const Milestone& at) {
-  const auto fail = [](const std::string& what) {
-    throw InputError(fmt::format("--resume: the run is of another scene: {}; only stages that it has not begun may differ",
-                                 what));
-  };
-  if (header.scene_text == scene.text) return;
-  // As they were read, without the changes of a command line.
-  const Scene theirs = parse_scene(header.scene_text, header.scene_name), ours = parse_scene(scene.text, scene.name);
-  if (const std::string parts = difference(theirs, ours); !parts.empty()) fail(parts + " differ");
-  for (std::size_t i = 0; i < at.stage + (at.within ? 1 : 0); ++i) {
-    if (i >= theirs.stages.size()) throw ArchiveError("a stage that the scene has not");
-    if (i >= ours.stages.size() || !(ours.stages[i] == theirs.stages[i]))
-      fail(fmt::format("stage {} differs", theirs.stages[i].name));
-  }
+  start.contact_history = contact_history(state.contacts, scene, assembly, scales);
+  for (const Vec3& f : state.contacts.friction_force) start.contact_tractions.push_back(-f / scales.force());
+  return start;
 }
 
 }  // namespace
-
-std::string program_of_milestones() {
-  constexpr int format = 2;  // of what is kept; to be raised where that changes
-  return fmt::format("Trame {}, format {}", TRAME_VERSION, format);
-}
-
-std::optional<Resumption> find_resumption(const std::filesystem::path& states, const Scene& scene,
-                                          const std::string& changes) {
-  if (!std::filesystem::exists(states)) return std::nullopt;
-  const SnapshotReader reader(states);
-  const auto fail = [&](const std::string& why) {
-    throw InputError(fmt::format("--resume: {} {}", states.string(), why));
-  };
-  std::optional<std::string> bytes = reader.continuation();
-  if (!bytes)
-    fail("does not hold what is needed to go on from its last state: it is of an earlier version, or damaged; a run can "
-         "begin where one of its stages ended: --start-from and --after, with another --out");
-  Resumption found{{}, Archive(std::move(*bytes)), reader.n_increments()};
-  Milestone& at = found.at;
-  try {
-    found.kept(at);
-    if (at.program != program_of_milestones())
-      fail(fmt::format("was left by another program: {}; this is {}", at.program, program_of_milestones()));
-    if (at.changes != changes)
-      fail(fmt::format("is of a run with {}, not {}", at.changes.empty() ? "the scene as it is" : at.changes,
-                       changes.empty() ? "the scene as it is" : changes));
-    require_same_scene(reader.header(), scene, at);
-  } catch (const ArchiveError& error) {
-    fail(fmt::format("is damaged: {}", error.what()));
-  }
-  // A state that was saved because the run ended there is none that it would have saved by itself.
-  if (at.since_saved > 0) --found.n_states;
-  return found;
-}
 
 Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene,
                       const Assembly& assembly, const Scales& scales) {
@@ -267,8 +196,8 @@ Restart restart_after(const std::string& after, const SnapshotReader& states, co
   for (Increment* i : {&restart.reference, &restart.state})
     i->bodies =
         with_late_bodies(i->bodies, states.header().body_names, assembly, in_natural_units(i->fibers, scales), scales);
-  restart.carried = carry(restart.state, scene, assembly, scales);
-  restart.carried.just_separated = stage->separate_yarns;
+  restart.start = stage_start_at(restart.state, scene, assembly, scales);
+  restart.start.just_separated = stage->separate_yarns;
   return restart;
 }
 

@@ -1,6 +1,4 @@
-#include "micro/record.h"
-
-#include <Eigen/Geometry>
+#include "micro/run/record.h"
 
 namespace trame::micro {
 
@@ -48,6 +46,19 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
   return record;
 }
 
+Increment start_record(const StageStart& start, const Scales& scales) {
+  Increment record;
+  record.stage = "start";
+  record.fibers = dimensional(start.configuration, scales);
+  for (const Pose& p : start.poses) {
+    record.bodies.position.push_back(p.position * scales.length);
+    record.bodies.rotation.push_back(p.rotation);
+    record.bodies.force.emplace_back(Vec3::Zero());
+    record.bodies.moment.emplace_back(Vec3::Zero());
+  }
+  return record;
+}
+
 BodyRecord record_bodies(const StageModel& model, const State& state, const Scales& scales) {
   BodyRecord record;
   for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
@@ -61,13 +72,20 @@ BodyRecord record_bodies(const StageModel& model, const State& state, const Scal
   return record;
 }
 
-std::vector<double> body_forces(const StageModel& model, const State& state) {
-  std::vector<double> forces;
-  for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
-    const auto [force, moment] = model.pull(state, b);
-    for (const Vec3& v : {force, moment}) forces.insert(forces.end(), v.data(), v.data() + 3);
-  }
-  return forces;
+SolverRecord record_solver(const StageModel& model, const State& state, const IncrementReport& report,
+                           const EnergyRecord& energy) {
+  return {.n_newton_iterations = report.n_newton_iterations,
+          .n_factorizations = report.n_factorizations,
+          .n_geometry_updates = report.n_geometry_updates,
+          .n_cuts = report.n_cuts,
+          .residual = report.residual,
+          .max_penetration_over_radius = model.contact ? model.contact->max_penetration_over_radius() : 0,
+          .force_imbalance = report.residual,
+          .moment_imbalance = moment_imbalance(model, state),
+          .proximal = model.proximal ? model.proximal->eta() : 0,
+          .energy = energy,
+          .seconds = report.seconds,
+          .unstable = report.unstable ? 1 : 0};
 }
 
 double moment_imbalance(const StageModel& model, const State& state) {
@@ -81,40 +99,6 @@ double moment_imbalance(const StageModel& model, const State& state) {
     magnitude += lever.norm() + moment.norm();
   }
   return magnitude > 0 ? sum.norm() / magnitude : 0;
-}
-
-double external_work(const StageModel& model, const State& from, const State& to,
-                     const std::vector<double>& forces_from, const std::vector<double>& forces_to) {
-  double work = 0;
-  for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
-    const Pose p = model.bodies.pose(from, b), q = model.bodies.pose(to, b);
-    const Eigen::AngleAxisd turn(q.rotation * p.rotation.transpose());
-    const Vec3 motion = q.position - p.position, rotation = turn.angle() * turn.axis();
-    for (int d = 0; d < 6; ++d) {
-      const Index i = 6 * b + d;
-      // What moves a follower is its leader, inside the system.
-      if (model.drives[i].kind == DofDrive::Kind::follow) continue;
-      work += 0.5 * (forces_from[i] + forces_to[i]) * (d < 3 ? motion[d] : rotation[d - 3]);
-    }
-  }
-  return work;
-}
-
-std::vector<double> gradient(const StageModel& model, const State& state) {
-  std::vector<double> force(model.layout.n_dofs(), 0.0), magnitude(model.layout.n_vectors(), 0.0);
-  Assembler assembler(model.layout, nullptr, 0, model.layout.n_nodes(), force.data(), magnitude.data(), nullptr,
-                      Assembler::Tangent::none);
-  for (const auto& effect : model.effects) {
-    (void)effect->follow(state, Effect::Follow::renewal);
-    effect->add(state, assembler);
-  }
-  return force;
-}
-
-Ledger energy_books(const StageModel& model, const State& state) {
-  Ledger sum;
-  for (const auto& effect : model.effects) sum += effect->ledger(state);
-  return sum;
 }
 
 EnergyRecord dimensional(const Ledger& ledger, const Scales& scales) {
