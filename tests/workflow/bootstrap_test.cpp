@@ -25,10 +25,10 @@ void write_program(const fs::path& file, const std::string& body) {
   fs::permissions(file, fs::perms::owner_all);
 }
 
-/// Programs that the README promises in build/release/bin.
+/// Programs that their README promises in build/release/bin.
 std::set<std::string> promised_programs() {
   std::set<std::string> names;
-  std::istringstream lines(read_text(source / "README.md"));
+  std::istringstream lines(read_text(source / "workflows/README.md"));
   for (std::string line; std::getline(lines, line);)
     if (std::smatch match; std::regex_search(line, match, std::regex(R"(^\| `([a-z_]+) (SCENE|states\.h5)` \|)")))
       names.insert(match[1]);
