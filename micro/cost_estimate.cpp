@@ -38,7 +38,7 @@ Fill analyse(const StageModel& model, bool with_contact) {
   Pattern::Builder builder;
   for (const auto& effect : model.effects)
     if (with_contact || (effect.get() != model.contact && effect.get() != model.crossing_order))
-      effect->announce(builder);
+      effect->add_sparsity(builder);
   const Pattern pattern(model.layout, std::move(builder));
   const Elimination elimination(model.layout, pattern);
   return {static_cast<double>(pattern.n_values()), static_cast<double>(elimination.value_start.back()),

@@ -66,6 +66,9 @@ namespace {
 
 /// Stiffness of ties and followers over that of a fiber element: their compliance stays below what is reported.
 constexpr double tie_stiffness = 1e3;
+/// Penetration that crossings are held to while yarns are parted over that of contact: held to the target itself, they
+/// cost five times the iterations.
+constexpr double over_target = 10;
 
 const Material& material_of(const Scene& scene, const Assembly& assembly, Index fiber) {
   return scene.materials[scene.fiber_types[assembly.type_of_fiber[fiber]].material];
@@ -90,7 +93,7 @@ StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage
   add_fibers(scene, assembly);
   add_contact(scene, assembly, stage, from);
   add_bodies(assembly, from);
-  if (contact && from.just_separated) contact->forgive(start);
+  if (contact && from.just_separated) contact->offset_gaps(start);
   if (stage.proximal_start > 0) {
     double stiffness = 0;  // mean E A / L
     for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
@@ -177,9 +180,8 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
     effects.push_back(std::move(effect));
   }
   if (stage.separate_yarns) {
-    const double reach = 2.0;  // R_a + R_b in units of the mean radius
-    // Measured: crossings that are held to the target itself cost five times the iterations while yarns are parted.
-    const auto target = c.adapt_penalty ? std::optional(10 * c.target_penetration) : std::nullopt;
+    constexpr double reach = 2;  // R_a + R_b in units of the mean radius
+    const auto target = c.adapt_penalty ? std::optional(over_target * c.target_penetration) : std::nullopt;
     auto effect = std::make_unique<CrossingOrder>(field, ordered_crossings(assembly), -assembly.flat_height / reach,
                                                   c.penalty * reach, c.regularisation, target);
     crossing_order = effect.get();

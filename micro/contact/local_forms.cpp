@@ -20,7 +20,8 @@ bool CoveredElements::cover(const FiberField& field, const Foot& a, const Foot& 
   return grown;
 }
 
-void CoveredElements::announce(const FiberField& field, Index fiber_a, Index fiber_b, Pattern::Builder& builder) const {
+void CoveredElements::add_sparsity(const FiberField& field, Index fiber_a, Index fiber_b,
+                                   Pattern::Builder& builder) const {
   std::vector<Index> nodes;
   const auto add = [&](Index fiber, const std::pair<Index, Index>& elements) {
     const int last = field.model(fiber) == FiberModel::enriched ? 2 : 1;

@@ -11,14 +11,14 @@
 
 namespace trame::micro {
 
-/// Elements of two fibers that the couplings announced cover: those of the feet, and the next ones where a foot is near
+/// Elements of two fibers that the sparsity covers: those of the feet, and the next ones where a foot is near
 /// a joint. Empty at first.
 struct CoveredElements {
   std::array<std::pair<Index, Index>, 2> range{{{0, -1}, {0, -1}}};
 
   /// Makes them cover the elements of the feet. Returns whether they did not.
   bool cover(const FiberField& field, const Foot& a, const Foot& b);
-  void announce(const FiberField& field, Index fiber_a, Index fiber_b, Pattern::Builder& builder) const;
+  void add_sparsity(const FiberField& field, Index fiber_a, Index fiber_b, Pattern::Builder& builder) const;
 };
 
 /// Forms of the unknowns of the two elements that a contact couples, as dense vectors: node after node of a, then of b.

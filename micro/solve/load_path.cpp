@@ -17,7 +17,7 @@ struct Attempt {
   bool accepted = false;
   std::string reason;
   std::optional<Index> worst_dof;
-  bool refused = false;  // an equilibrium that an effect objects to
+  bool refused = false;  // an equilibrium that is inadmissible
 };
 
 /// What a stage works with.
@@ -74,7 +74,7 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
     ++report.n_geometry_updates;
     constexpr int few = 2;  // detours that cost less than to ask
     if (n_detours >= few) newton.set_reach(effects, state);
-    if (newton.announce(effects))
+    if (newton.cover_sparsity(effects))
       tools.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
     if (arrived) {
       const Residual r = newton.evaluate(effects, motion, state, false);
@@ -108,12 +108,12 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
   }
 }
 
-/// What speaks against an equilibrium that a step from `start` has reached; empty where nothing does.
-std::string objection(const Effects& effects, const State& start, const State& state) {
+/// Why an equilibrium that a step from `start` has reached is inadmissible; empty where it is not.
+std::string inadmissibility(const Effects& effects, const State& start, const State& state) {
   for (const auto& effect : effects) {
     if (!std::isfinite(effect->energy(state)))
       return fmt::format("the energy of {} became infinite or not a number", effect->name());
-    if (std::string why = effect->objection(start, state); !why.empty()) return why;
+    if (std::string why = effect->inadmissibility(start, state); !why.empty()) return why;
   }
   return {};
 }
@@ -123,7 +123,7 @@ Attempt try_increment(const Tools& tools, const PrescribedMotion& motion, double
                       State& state, IncrementReport& report) {
   Attempt attempt = find_equilibrium(tools, motion, slack, state, report);
   if (!attempt.accepted) return attempt;
-  const std::string why = objection(tools.effects, start, state);
+  const std::string why = inadmissibility(tools.effects, start, state);
   return {why.empty(), why, {}, !why.empty()};
 }
 

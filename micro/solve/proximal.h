@@ -33,7 +33,7 @@ class Proximal final : public Effect {
     ++n_detours_;
     if (n_detours_ > free_detours && n_detours_ <= free_detours + max_doublings) eta_ *= 2;
   }
-  void announce(Pattern::Builder&) const override {}
+  void add_sparsity(Pattern::Builder&) const override {}
   void add(const State& state, Assembler& assembler) const override {
     if (eta_ == 0) return;
     for (Index n = settings_.first_node; n < layout_.n_nodes(); ++n) {

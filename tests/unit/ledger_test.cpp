@@ -222,7 +222,7 @@ TEST_F(Books, Balance) {
 
 TEST_F(Books, WouldNotBalanceWithoutAnyOfTheirLines) {
   const double imbalance = std::abs(energy().imbalance);
-  for (const Source s : {Source::bodies, Source::separation, Source::preloads, Source::allowances, Source::stages}) {
+  for (const Source s : {Source::bodies, Source::separation, Source::preloads, Source::gap_offsets, Source::stages}) {
     const auto line = static_cast<std::size_t>(s);
     EXPECT_GT(std::abs(energy().work[line]), imbalance) << source_names[line];
   }
