@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 
 namespace trame::meso {
 

@@ -8,7 +8,7 @@
 
 #include <utility>
 
-#include "micro/io/vtk_series.h"
+#include "micro/states/vtk_series.h"
 
 namespace trame::meso {
 

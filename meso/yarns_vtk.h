@@ -27,7 +27,7 @@
 #include <vector>
 
 #include "meso/comparison.h"
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 
 namespace trame::meso {
 

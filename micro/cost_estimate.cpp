@@ -38,7 +38,7 @@ Fill analyse(const StageModel& model, bool with_contact) {
   Pattern::Builder builder;
   for (const auto& effect : model.effects)
     if (with_contact || (effect.get() != model.contact && effect.get() != model.crossing_order))
-      effect->announce(builder);
+      effect->add_sparsity(builder);
   const Pattern pattern(model.layout, std::move(builder));
   const std::vector<char> all(pattern.coupling_start(pattern.n_nodes()), 1);
   const Elimination elimination(model.layout, pattern, all);
@@ -65,7 +65,7 @@ State shifted_start(const StageModel& model) {
 /// Costs of one stage, by effect.
 class StageCost {
  public:
-  StageCost(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& start)
+  StageCost(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& start)
       : scene_(scene), stage_(stage), model_(scene, assembly, stage, start) {
     begin_at(model_.effects, shifted_start(model_), 0.5);
     price_fibers();
@@ -217,7 +217,7 @@ class StageCost {
 CostEstimate estimate_cost(const Scene& scene) {
   const Scene natural = nondimensional(scene, natural_scales(scene));
   const Assembly assembly = assemble_scene(natural);
-  const Carried start = start_of(assembly);
+  const StageStart start = start_of(assembly);
   std::array<EffectCost, n_priced_effects> costs;
   std::array<bool, n_priced_effects> present{};
   CostEstimate total;

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 namespace trame::micro {
 

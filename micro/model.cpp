@@ -66,6 +66,9 @@ namespace {
 
 /// Stiffness of ties and followers over that of a fiber element: their compliance stays below what is reported.
 constexpr double tie_stiffness = 1e3;
+/// Penetration that crossings are held to while yarns are parted over that of contact: held to the target itself, they
+/// cost five times the iterations.
+constexpr double over_target = 10;
 
 const Material& material_of(const Scene& scene, const Assembly& assembly, Index fiber) {
   return scene.materials[scene.fiber_types[assembly.type_of_fiber[fiber]].material];
@@ -73,45 +76,38 @@ const Material& material_of(const Scene& scene, const Assembly& assembly, Index 
 
 }  // namespace
 
-Carried start_of(const Assembly& assembly) {
-  Carried carried;
-  carried.configuration = assembly.configuration;
-  for (const Vec3& p : assembly.body_positions) carried.poses.push_back({p, Mat3::Identity()});
-  carried.body_forces.assign(6 * carried.poses.size(), 0.0);
-  return carried;
-}
-
 std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly) {
   std::vector<Material> materials;
   for (Index f = 0; f < assembly.mesh.n_fibers(); ++f) materials.push_back(material_of(scene, assembly, f));
   return materials;
 }
 
-StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried)
+StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from)
     : bodies(static_cast<Index>(assembly.body_names.size()), layout),
       field(assembly.mesh, models_in_stage(scene, assembly, stage), layout), assembly_(assembly) {
   start.q.assign(layout.n_vectors(), Vec3::Zero());
   start.rotations.resize(bodies.n_bodies());
-  field.read_configuration(carried.configuration, start);
-  for (Index b = 0; b < bodies.n_bodies(); ++b) bodies.set_pose(start, b, carried.poses[b]);
-  resolve_drives(scene, assembly, stage, carried);
+  field.read_configuration(from.configuration, start);
+  for (Index b = 0; b < bodies.n_bodies(); ++b) bodies.set_pose(start, b, from.poses[b]);
+  resolve_drives(scene, assembly, stage, from);
   add_fibers(scene, assembly);
-  add_contact(scene, assembly, stage, carried);
-  add_bodies(assembly, carried);
-  if (contact && carried.just_separated) contact->forgive(start);
+  add_contact(scene, assembly, stage, from);
+  add_bodies(assembly, from);
+  if (contact && from.just_separated) contact->offset_gaps(start);
   if (stage.proximal_start > 0) {
     double stiffness = 0;  // mean E A / L
     for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
       stiffness += assembly.mesh.axial_stiffness[f] / assembly.mesh.length(f) / assembly.mesh.n_fibers();
-    auto effect = std::make_unique<Proximal>(layout, bodies.n_bodies(), stage.proximal_start * stiffness,
-                                             stage.proximal_end * stiffness);
+    auto effect = std::make_unique<Proximal>(layout, Proximal::Settings{.first_node = bodies.n_bodies(),
+                                                                        .start = stage.proximal_start * stiffness,
+                                                                        .end = stage.proximal_end * stiffness});
     proximal = effect.get();
     effects.push_back(std::move(effect));
   }
 }
 
 void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage,
-                                const Carried& carried) {
+                                const StageStart& from) {
   drives.assign(6 * bodies.n_bodies(), {});
   double stiffness = 0;
   for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
@@ -129,15 +125,13 @@ void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, co
       switch (d.mode) {
         case DriveMode::displacement: drive = {DofDrive::Kind::displacement, d.value}; break;
         case DriveMode::force: drive = {DofDrive::Kind::force, d.value}; break;
-        case DriveMode::strain:
-          drive = {DofDrive::Kind::displacement, d.value * carried.poses[b].position[axis]};
-          break;
+        case DriveMode::strain: drive = {DofDrive::Kind::displacement, d.value * from.poses[b].position[axis]}; break;
         case DriveMode::follow:
           if (axis > 2)
             throw InputError(
                 fmt::format("{}: stage {}: follow drives x, y or z, not a rotation", scene.name, stage.name));
           drive = {DofDrive::Kind::follow, 0};
-          follow_terms_.push_back({b, leader, axis, carried.poses[leader], carried.poses[b].position, stiffness});
+          follow_terms_.push_back({b, leader, axis, from.poses[leader], from.poses[b].position, stiffness});
           break;
       }
     }
@@ -154,20 +148,20 @@ void StageModel::add_fibers(const Scene& scene, const Assembly& assembly) {
   if (any_rod) effects.push_back(std::make_unique<Rods>(field, materials));
 }
 
-void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried) {
+void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from) {
   const ContactSettings& c = scene.contact;
   if (c.scope != ContactScope::none) {
-    ContactLaw law;
-    law.search.spacing = c.spacing;
-    law.search.search_margin = c.search_margin;
-    law.search.self_contact = c.self_contact;
-    law.penalty = c.penalty;
-    law.target_penetration = c.target_penetration;
-    law.regularisation = c.regularisation;
-    law.adapt_penalty = c.adapt_penalty;
-    law.friction = c.friction && stage.friction && c.friction_coefficient > 0;
-    law.friction_coefficient = c.friction_coefficient;
-    law.reversible_slip = c.reversible_slip;
+    ContactLaw law{.search = {.spacing = c.spacing,
+                              .search_margin = c.search_margin,
+                              .self_contact = c.self_contact,
+                              .wanted = {}},
+                   .penalty = c.penalty,
+                   .target_penetration = c.target_penetration,
+                   .regularisation = c.regularisation,
+                   .adapt_penalty = c.adapt_penalty,
+                   .friction = c.friction && stage.friction && c.friction_coefficient > 0,
+                   .friction_coefficient = c.friction_coefficient,
+                   .reversible_slip = c.reversible_slip};
     const FiberMesh& mesh = assembly.mesh;
     const bool between_yarns = c.scope == ContactScope::between_yarns, separates = stage.separate_yarns;
     if (between_yarns || separates)
@@ -181,14 +175,13 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
     std::vector<double> modulus;
     for (const Material& m : fiber_materials(scene, assembly)) modulus.push_back(m.young_modulus_transverse);
     auto effect = std::make_unique<Contact>(field, law, std::move(modulus));
-    effect->set_history(carried.contact_history, carried.contact_tractions);
+    effect->set_history(from.contact_history, from.contact_tractions);
     contact = effect.get();
     effects.push_back(std::move(effect));
   }
   if (stage.separate_yarns) {
-    const double reach = 2.0;  // R_a + R_b in units of the mean radius
-    // Measured: crossings that are held to the target itself cost five times the iterations while yarns are parted.
-    const auto target = c.adapt_penalty ? std::optional(10 * c.target_penetration) : std::nullopt;
+    constexpr double reach = 2;  // R_a + R_b in units of the mean radius
+    const auto target = c.adapt_penalty ? std::optional(over_target * c.target_penetration) : std::nullopt;
     auto effect = std::make_unique<CrossingOrder>(field, ordered_crossings(assembly), -assembly.flat_height / reach,
                                                   c.penalty * reach, c.regularisation, target);
     crossing_order = effect.get();
@@ -196,7 +189,7 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
   }
 }
 
-void StageModel::add_bodies(const Assembly& assembly, const Carried& carried) {
+void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
   if (bodies.n_bodies() == 0) return;
   std::vector<TieTerm> terms;
   // Averages by body and end, in the order of the ties.
@@ -253,7 +246,7 @@ void StageModel::add_bodies(const Assembly& assembly, const Carried& carried) {
   std::vector<LoadTerm> load_terms;
   for (Index i = 0; i < static_cast<Index>(drives.size()); ++i)
     if (drives[i].kind == DofDrive::Kind::force)
-      load_terms.push_back({i / 6, static_cast<BodyDof>(i % 6), carried.body_forces[i], drives[i].value});
+      load_terms.push_back({i / 6, static_cast<BodyDof>(i % 6), from.body_forces[i], drives[i].value});
   if (!load_terms.empty()) {
     auto effect = std::make_unique<BodyLoads>(bodies, std::move(load_terms));
     loads = effect.get();
@@ -290,6 +283,20 @@ std::pair<Vec3, Vec3> StageModel::pull(const State& state, Index body) const {
     moment += m;
   }
   return {force, moment};
+}
+
+std::vector<double> StageModel::body_forces(const State& state) const {
+  std::vector<double> forces;
+  for (Index b = 0; b < bodies.n_bodies(); ++b) {
+    const auto [force, moment] = pull(state, b);
+    for (const Vec3& v : {force, moment}) forces.insert(forces.end(), v.data(), v.data() + 3);
+  }
+  return forces;
+}
+
+Index StageModel::n_contact_elements() const {
+  return static_cast<Index>((contact ? contact->elements().size() : 0) +
+                            (crossing_order ? crossing_order->elements().size() : 0));
 }
 
 std::string StageModel::describe_dof(Index dof) const {

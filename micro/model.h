@@ -5,12 +5,10 @@
 #include <memory>
 #include <vector>
 
-#include "micro/contact/contact.h"
-#include "micro/rigid/rigid_body.h"
 #include "micro/solve/load_path.h"
 #include "micro/solve/proximal.h"
+#include "micro/stage_start.h"
 #include "micro/weave/crossing_order.h"
-#include "micro/weave/flat_start.h"
 
 namespace trame::micro {
 
@@ -26,20 +24,6 @@ struct Scales {
 /// The scene in its natural units.
 [[nodiscard]] Scene nondimensional(const Scene& scene, const Scales& scales);
 
-/// What passes from stage to stage.
-struct Carried {
-  FiberConfiguration configuration;
-  std::vector<Pose> poses;
-  std::vector<double> body_forces;  ///< external force on each of the 6 dofs of each body
-  std::vector<ContactHistory> contact_history;
-  std::vector<Vec3> contact_tractions;
-  bool just_separated = false;  ///< yarns were parted with vertical normals in the stage before
-
-  void keep(Archive& archive) {
-    archive(configuration, poses, body_forces, contact_history, contact_tractions, just_separated);
-  }
-};
-
 /// How a dof of a body is driven through a stage.
 struct DofDrive {
   enum class Kind : std::uint8_t { held, displacement, force, follow } kind = Kind::held;
@@ -48,13 +32,16 @@ struct DofDrive {
 
 /// The equations of one stage.
 struct StageModel {
-  StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried);
+  StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   StageModel(const StageModel&) = delete;
   StageModel& operator=(const StageModel&) = delete;
 
   [[nodiscard]] PrescribedMotion motion(const State& state, double from, double to) const;
   /// Force and moment with which a body pulls at its fibers and followers.
   [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;
+  /// The same of all bodies, 6 numbers each.
+  [[nodiscard]] std::vector<double> body_forces(const State& state) const;
+  [[nodiscard]] Index n_contact_elements() const;
   [[nodiscard]] std::string describe_dof(Index dof) const;
 
   Layout layout;
@@ -72,17 +59,15 @@ struct StageModel {
   BodyLoads* loads = nullptr;
 
  private:
-  void resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried);
+  void resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_fibers(const Scene& scene, const Assembly& assembly);
-  void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const Carried& carried);
-  void add_bodies(const Assembly& assembly, const Carried& carried);
+  void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
+  void add_bodies(const Assembly& assembly, const StageStart& from);
 
   const Assembly& assembly_;
   std::vector<FollowTerm> follow_terms_;
 };
 
-/// What a run that begins at the layout of the scene carries into its first stage.
-[[nodiscard]] Carried start_of(const Assembly& assembly);
 /// Material of each fiber.
 [[nodiscard]] std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly);
 /// Fiber model of each fiber in a stage.

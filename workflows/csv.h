@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "micro/io/whole_file.h"
+#include "micro/core/whole_file.h"
 
 namespace trame::workflows {
 

@@ -2,7 +2,7 @@
 /// \file
 /// The weft-to-warp ratio of a biaxial test, set from outside the scene.
 
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 namespace trame::workflows {
 

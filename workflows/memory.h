@@ -2,7 +2,7 @@
 /// \file
 /// Whether a scene can fit into the machine, asked before anything is laid out.
 
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 namespace trame::workflows {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "micro/io/whole_file.h"
+#include "micro/core/whole_file.h"
 #include "workflows/folder_lock.h"
 
 namespace trame::workflows {

@@ -12,7 +12,7 @@
 
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 #include "workflows/file_probe.h"
 #include "workflows/picture/display.h"
 #include "workflows/picture/patch_picture.h"

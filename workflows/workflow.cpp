@@ -10,8 +10,8 @@
 
 #include "micro/core/error.h"
 #include "micro/core/text.h"
-#include "micro/io/fibers_vtk.h"
-#include "micro/io/snapshot.h"
+#include "micro/states/fibers_vtk.h"
+#include "micro/states/snapshot.h"
 #include "micro/simulate.h"
 #include "workflows/accuracy/estimate.h"
 #include "workflows/accuracy/profile.h"

@@ -24,7 +24,7 @@ ContactHistory remember(const ContactElement& e, Index traction) {
   h.traction = traction;
   h.penalty_scale = e.next_scale;
   h.touches = e.gap() < 0;
-  h.allowance = e.allowance;
+  h.gap_offset = e.gap_offset;
   h.length = e.length;
   h.point = e.crossing;
   // What the multiplier is worth once the penetration is gone; where the fibers have parted, nothing.
@@ -86,7 +86,7 @@ void Contact::begin_step(const State& start, double stage_time) {
   for (ContactElement& e : elements_) e.penetration_before = 0;
 }
 
-void Contact::forgive(const State& start) {
+void Contact::offset_gaps(const State& start) {
   begin_step(start, 0);
   update(start);
   std::vector<ContactHistory> history;
@@ -95,7 +95,7 @@ void Contact::forgive(const State& start) {
   for (const ContactElement& e : elements_) {
     const auto traction = law_.friction ? static_cast<Index>(history.size()) : -1;
     history.push_back(remember(e, traction));
-    history.back().allowance = std::max(0.0, -e.gap());
+    history.back().gap_offset = std::max(0.0, -e.gap());
   }
   history_ = std::move(history);
   known_.clear();
@@ -133,7 +133,7 @@ void Contact::set_history(std::vector<ContactHistory> history, std::vector<Vec3>
   history_ = std::move(history);
   if (law_.friction) tractions_ = std::move(tractions);
   for (ContactHistory& h : history_) {
-    h.allowance = 0;  // it was for the stage that is over
+    h.gap_offset = 0;  // it was for the stage that is over
     if (!law_.friction) h.traction = -1;
   }
   note_loaded_particles();
@@ -189,7 +189,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   if (known) {
     e.has_side = true;
     e.side = known->normal;
-    e.allowance = known->allowance;
+    e.gap_offset = known->gap_offset;
     // A preload belongs to one element and not to all that come up around it.
     const double near = p.point ? mean_radius(e.fiber_a, e.fiber_b) : 0.5 * spacing(e.fiber_a, e.fiber_b);
     if (known->point == p.point && 0.5 * (std::abs(known->s_a - p.s_a()) + std::abs(known->s_b - p.s_b())) < near) {
@@ -197,7 +197,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
       e.stuck = known->stuck;
     }
   }
-  e.offset -= fading_ * e.allowance;
+  e.offset -= fading_ * e.gap_offset;
   set_penalty(e, known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
   e.penalty_at_start = e.penalty;
   e.preload_at_start = e.preload;
@@ -348,8 +348,8 @@ double Contact::slip_energy(const State& state) const {
   return sum;
 }
 
-void Contact::announce(Pattern::Builder& builder) const {
-  for (const ContactElement& e : elements_) e.covered.announce(builder);
+void Contact::add_sparsity(Pattern::Builder& builder) const {
+  for (const ContactElement& e : elements_) e.covered.add_sparsity(builder);
 }
 
 void Contact::add(const State& state, Assembler& assembler) const {
@@ -495,10 +495,10 @@ std::vector<double> Contact::book_changes(const State& state) {
 
 void Contact::commit(const State& state) {
   const std::vector<double> force_at_start = book_changes(state);
-  double allowance_force = 0;
-  for (const ContactElement& e : elements_) allowance_force += e.allowance * e.force(regularisation(e));
-  booked_[Source::allowances] += 0.5 * (allowance_force_n_ + allowance_force) * (fading_n_ - fading_);
-  allowance_force_n_ = allowance_force;
+  double gap_offset_force = 0;
+  for (const ContactElement& e : elements_) gap_offset_force += e.gap_offset * e.force(regularisation(e));
+  booked_[Source::gap_offsets] += 0.5 * (gap_offset_force_n_ + gap_offset_force) * (fading_n_ - fading_);
+  gap_offset_force_n_ = gap_offset_force;
   fading_n_ = fading_;
   booked_[Source::friction_limits] += slip_energy_at_start() - *slip_energy_n_;
   slip_energy_n_ = slip_energy(state);
@@ -530,7 +530,7 @@ void Contact::commit(const State& state) {
 }
 
 void Contact::keep(Archive& archive) {
-  archive(history_, tractions_, fading_n_, allowance_force_n_, slip_energy_n_, elements_n_, booked_);
+  archive(history_, tractions_, fading_n_, gap_offset_force_n_, slip_energy_n_, elements_n_, booked_);
   if (!archive.reads()) return;
   const auto on_fiber = [&](Index fiber, double s) {
     return fiber >= 0 && fiber < field_.mesh().n_fibers() && std::isfinite(s);

@@ -35,7 +35,7 @@ class Contact final : public Effect {
   bool follow(const State& state, Follow what) override;
   /// A fiber whose box is apart from all others may go half of that distance.
   void limit_reach(const State& state, std::span<double> reach) const override;
-  void announce(Pattern::Builder& builder) const override;
+  void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   /// Stored are the energy of the penalties and that of the reversible part of friction, ½|f|²/k. (`energy` is the
@@ -63,10 +63,10 @@ class Contact final : public Effect {
   /// Friction::force of the pairs in `history` that have one; empty without friction.
   [[nodiscard]] const std::vector<Vec3>& tractions() const { return tractions_; }
   void set_history(std::vector<ContactHistory> history, std::vector<Vec3> tractions = {});
-  /// Forgives the penetrations of `start`: the gap of each pair is measured from there, and the allowance fades
+  /// Counts the gap of each pair from the penetration at `start`; this offset fades
   /// linearly until stage time 0.75. For yarns that were just parted with vertical normals: where they are inclined,
   /// R_a + R_b of height is less of distance, and pushing all that out at once throws fibers out of their yarns.
-  void forgive(const State& start);
+  void offset_gaps(const State& start);
 
  private:
   [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state,
@@ -95,9 +95,9 @@ class Contact final : public Effect {
   ContactLaw law_;
   std::vector<double> modulus_;
   State start_;        // of the step
-  double fading_ = 0;  // part of the allowances that is still granted
+  double fading_ = 0;  // part of the gap offsets that is still granted
   double fading_n_ = 0,
-         allowance_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
+         gap_offset_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
   std::vector<ContactElement> elements_;
   std::vector<const ContactHistory*> known_;  // of each element; in history_
   std::vector<StickSlip> stick_slip_;

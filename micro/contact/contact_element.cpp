@@ -40,7 +40,7 @@ SeenSection see_section(const FiberField& field, const State& state, const Foot&
   SeenSection seen;
   if (field.model(foot.fiber) != FiberModel::enriched) return seen;
   const CurveShape shape = field.shape(foot.fiber, foot.s);
-  const auto [g1, g2] = field.section(state, shape, shape.r);
+  const auto [g1, g2] = field.section(state, shape);
   const Vec2 w(outward.dot(g1), outward.dot(g2));
   const double size = w.norm();
   if (size < 1e-6) return seen;  // a section seen edge on has no outermost particle
@@ -49,7 +49,7 @@ SeenSection see_section(const FiberField& field, const State& state, const Foot&
   section.curvature = radius / size;
   section.outermost = radius * (section.w[0] * g1 + section.w[1] * g2);
   section.beside = -section.w[1] * g1 + section.w[0] * g2;
-  const auto [slope1, slope2] = field.section(state, shape, shape.tangent);
+  const auto [slope1, slope2] = field.section_slope(state, shape);
   seen.size = radius * size;
   seen.slope = radius * outward.dot(section.w[0] * slope1 + section.w[1] * slope2);
   return seen;

@@ -86,14 +86,14 @@ struct ContactHistory {
   Index traction = -1;  ///< which of the remembered tractions; negative without friction
   double penalty_scale = 1;
   bool touches = false;
-  double allowance = 0;  ///< penetration that is forgiven at the stage's start, length; see Contact::forgive
-  double length = 0;     ///< of the element; 0: unknown
+  double gap_offset = 0;  ///< penetration from which the gap is counted, length; see Contact::offset_gaps
+  double length = 0;      ///< of the element; 0: unknown
   bool point = false;
   double preload = 0;  ///< see ContactElement
   bool stuck = false;  ///< see ContactElement
 
   void keep(Archive& archive) {
-    archive(fiber_a, fiber_b, s_a, s_b, normal, traction, penalty_scale, touches, allowance, length, point, preload,
+    archive(fiber_a, fiber_b, s_a, s_b, normal, traction, penalty_scale, touches, gap_offset, length, point, preload,
             stuck);
   }
 };
@@ -150,7 +150,7 @@ struct ContactElement {
   double length = 0;            ///< length of fiber that the element stands for
   double penalty = 0;           ///< k, force over length
   double penalty_scale = 1;     ///< adapted factor that `penalty` includes
-  double allowance = 0;  ///< see ContactHistory; `offset` includes what is still granted of it
+  double gap_offset = 0;  ///< see ContactHistory; `offset` includes what is still granted of it
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
   double preload = 0;

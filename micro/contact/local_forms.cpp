@@ -24,7 +24,7 @@ bool CoveredNodes::cover(const FiberField& field, const Foot& a, const Foot& b) 
   return grown;
 }
 
-void CoveredNodes::announce(Pattern::Builder& builder) const {
+void CoveredNodes::add_sparsity(Pattern::Builder& builder) const {
   std::vector<Index> nodes;
   for (const auto& [first, last] : range)
     for (Index n = first; n <= last; ++n) nodes.push_back(n);

@@ -11,14 +11,14 @@
 
 namespace trame::micro {
 
-/// Nodes of two fibers that the couplings announced cover: those that the feet depend on, and the next ones where a foot
+/// Nodes of two fibers that the sparsity covers: those that the feet depend on, and the next ones where a foot
 /// is near a node. Empty at first.
 struct CoveredNodes {
   std::array<std::pair<Index, Index>, 2> range{{{0, -1}, {0, -1}}};  ///< first and last
 
   /// Makes them cover the feet. Returns whether they did not.
   bool cover(const FiberField& field, const Foot& a, const Foot& b);
-  void announce(Pattern::Builder& builder) const;
+  void add_sparsity(Pattern::Builder& builder) const;
 };
 
 /// Linear forms of what a contact depends on at its feet: for each side the position r, its derivative r' and the section
@@ -75,7 +75,7 @@ class LocalForms {
   };
   [[nodiscard]] Parts parts(int side, int node, int vector) const {
     const CurveShape& s = shape_[side];
-    if (s.n_vectors == 3 && vector > 0) return {section_at(side, vector - 1), s.r[node][0], 0, false};
+    if (s.n_vectors == 3 && vector > 0) return {section_at(side, vector - 1), s.section[node], 0, false};
     return {6 * side, s.r[node][vector], s.tangent[node][vector], true};
   }
 

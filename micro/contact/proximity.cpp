@@ -246,6 +246,12 @@ double covered_share(const FiberField& field, const Foot& foot) {
   return std::min({1.0, 0.5 + foot.s / reach, 0.5 + (field.mesh().length(foot.fiber) - foot.s) / reach});
 }
 
+/// Which share of a contact with another fiber's tip a foot has: none where it is an end itself.
+double share_beside_end(const FiberField& field, const Foot& foot) {
+  const double to_end = std::min(foot.s, field.mesh().length(foot.fiber) - foot.s);
+  return smooth_step(to_end / (0.5 * field.mesh().radius[foot.fiber]));
+}
+
 constexpr double least_share = 1e-6;
 // Points are held as by half of the curvature that makes a point of a valley.
 constexpr double half_steep = 0.5 * rise_of_points / 0.125;
@@ -262,14 +268,16 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   const int sense = sense_of(chord->at_a.tangent.dot(chord->at_b.tangent) /
                              (chord->at_a.tangent.norm() * chord->at_b.tangent.norm()));
   const auto at_end = [&](const Foot& f) { return f.s <= 0 || f.s >= field.mesh().length(f.fiber); };
-  if (at_end(chord->a) && at_end(chord->b)) return std::nullopt;  // tips have no contact with tips
   // From an end the distance rises at once.
   double rise = rise_over_half_spacing(valley_curvature(*chord, sense, 0.5 * sum), spacing);
   if (at_end(chord->a)) rise += std::abs(chord->slope()[0]) / d * 0.5 * spacing;
   if (at_end(chord->b)) rise += std::abs(chord->slope()[1]) / d * 0.5 * spacing;
-  const double share = 1 - share_of_samples(rise, smaller_radius(field, a.fiber, b.fiber));
-  if (share < least_share) return std::nullopt;
+  double share = 1 - share_of_samples(rise, smaller_radius(field, a.fiber, b.fiber));
   const double covered = std::min(covered_share(field, chord->a), covered_share(field, chord->b));
+  // Tips have no contact with tips.
+  if (at_end(chord->a)) share *= share_beside_end(field, chord->b);
+  if (at_end(chord->b)) share *= share_beside_end(field, chord->a);
+  if (share < least_share) return std::nullopt;
   const double held_by = half_steep / (spacing * spacing) * smaller_radius(field, a.fiber, b.fiber) * sum;
   return Proximity{*chord, share * covered * sum, share, true, {held_by, static_cast<double>(sense), 0.5 * (chord->a.s + sense * chord->b.s)}};
 }

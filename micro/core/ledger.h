@@ -17,12 +17,12 @@ enum class Source : std::size_t {
   separation,       ///< the rise of the imposed distance of yarns
   contacts,         ///< contacts that came and went, or were moved to other particles, at searches
   preloads,         ///< preloads and penalties that were raised, adapted, or dropped
-  allowances,       ///< initial overlaps, which are forgiven and then pushed out
+  gap_offsets,      ///< initial overlaps, from which gaps are counted, and which are then pushed out
   friction_limits,  ///< reversible slips whose stiffness µN/u_rev went with the normal force
   stages,           ///< effects and fiber models that a stage begins with or without, before anything moves
 };
 inline constexpr std::array<std::string_view, 7> source_names = {
-    "bodies", "separation", "contacts", "preloads", "allowances", "friction_limits", "stages"};
+    "bodies", "separation", "contacts", "preloads", "gap_offsets", "friction_limits", "stages"};
 
 /// Where energy goes for good.
 enum class Sink : std::size_t {

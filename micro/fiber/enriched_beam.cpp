@@ -144,7 +144,7 @@ EnrichedBeams::Measures EnrichedBeams::measures(const Z& z, const Section& secti
   return e;
 }
 
-void EnrichedBeams::announce(Pattern::Builder& builder) const {
+void EnrichedBeams::add_sparsity(Pattern::Builder& builder) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::enriched) continue;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
@@ -173,7 +173,7 @@ double EnrichedBeams::energy(const State& state) const {
   return sum;
 }
 
-std::string EnrichedBeams::objection(const State& /*start*/, const State& state) const {
+std::string EnrichedBeams::inadmissibility(const State& /*start*/, const State& state) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::enriched) continue;
     const double h = field_.element_length(f);

@@ -1,7 +1,7 @@
 #pragma once
 /// \file
 /// Elastic energy of enriched beams: x(s, ξ) = r + ξ₁ g₁ + ξ₂ g₂, 9 dofs a node, 3-node elements, 2 Gauss points.
-/// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/README.md.
+/// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/fiber/README.md.
 
 #include "micro/fiber/fiber_field.h"
 #include "micro/solve/effect.h"
@@ -19,11 +19,11 @@ class EnrichedBeams final : public Effect {
 
   [[nodiscard]] std::string_view name() const override { return "enriched beams"; }
   [[nodiscard]] bool is_elastic() const override { return true; }
-  void announce(Pattern::Builder& builder) const override;
+  void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   /// Objects to fibers that collapsed (collapse.h).
-  [[nodiscard]] std::string objection(const State& start, const State& state) const override;
+  [[nodiscard]] std::string inadmissibility(const State& start, const State& state) const override;
   /// Strain measures in use, and values of them that are kept for the stress-free shape.
   [[nodiscard]] int n_measures_in_use() const { return n_measures_; }
   [[nodiscard]] std::size_t n_reference_values() const { return reference_.size(); }

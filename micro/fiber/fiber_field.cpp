@@ -74,6 +74,9 @@ CurveShape FiberField::shape(Index fiber, double s) const {
     shape.n_nodes = static_cast<int>(std::min(n, Index{4}));
     shape.n_vectors = 3;
     smooth_weights(k, n, x, spacing, first, shape);
+    const Index element = k / 2;
+    const auto of_element = quadratic_shape(x + static_cast<double>(k - 2 * element) - 1);
+    for (int a = 0; a < 3; ++a) shape.section[2 * element + a - first] = of_element[a];
     return shape;
   }
   shape.first_node = first_system_node_[fiber] + k;
@@ -103,13 +106,21 @@ CurveJet FiberField::curve(const State& state, const CurveShape& shape) const {
   return {sum(shape.r), sum(shape.tangent), sum(shape.curvature)};
 }
 
-std::array<Vec3, 2> FiberField::section(const State& state, const CurveShape& shape,
-                                        const CurveShape::Weights& weights) const {
+std::array<Vec3, 2> FiberField::section(const State& state, const CurveShape& shape) const {
   assert(shape.n_vectors == 3);
   const Vec3* q = state.q.data() + layout_->first_vector(shape.first_node);
   std::array<Vec3, 2> g{Vec3::Zero(), Vec3::Zero()};
   for (int a = 0; a < shape.n_nodes; ++a)
-    for (int v = 0; v < 2; ++v) g[v] += weights[a][0] * q[3 * a + v + 1];
+    for (int v = 0; v < 2; ++v) g[v] += shape.section[a] * q[3 * a + v + 1];
+  return g;
+}
+
+std::array<Vec3, 2> FiberField::section_slope(const State& state, const CurveShape& shape) const {
+  assert(shape.n_vectors == 3);
+  const Vec3* q = state.q.data() + layout_->first_vector(shape.first_node);
+  std::array<Vec3, 2> g{Vec3::Zero(), Vec3::Zero()};
+  for (int a = 0; a < shape.n_nodes; ++a)
+    for (int v = 0; v < 2; ++v) g[v] += shape.tangent[a][0] * q[3 * a + v + 1];
   return g;
 }
 
@@ -122,7 +133,7 @@ FiberPoint FiberField::particle(Index fiber, double s, const Vec2& xi) const {
   const CurveShape at = shape(fiber, s);
   FiberPoint p{at.first_node, at.n_nodes, at.n_vectors, {}};
   for (int a = 0; a < p.n_nodes; ++a)
-    p.weight[a] = p.n_vectors == 3 ? std::array{at.r[a][0], at.r[a][0] * xi[0], at.r[a][0] * xi[1]}
+    p.weight[a] = p.n_vectors == 3 ? std::array{at.r[a][0], at.section[a] * xi[0], at.section[a] * xi[1]}
                                    : std::array{at.r[a][0], at.r[a][1], 0.0};
   return p;
 }

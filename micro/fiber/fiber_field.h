@@ -6,7 +6,7 @@
 #include <string>
 
 #include "micro/fiber/fiber_mesh.h"
-#include "micro/io/scene.h"
+#include "micro/fiber/fiber_model.h"
 #include "micro/solve/system.h"
 
 namespace trame::micro {
@@ -28,14 +28,14 @@ struct FiberPoint {
   }
 };
 
-/// A place of a fiber as linear forms of its nodes' vectors: the centre line and its derivatives by arc length. The first
-/// weight of a node is that of r, the second that of a rod's dr/ds. Section vectors of an enriched beam go with those
-/// of r.
+/// A place of a fiber as linear forms of its nodes' vectors: the centre line and its derivatives by arc length, and the
+/// section vectors of an enriched beam. Weights of the centre line are for r and, in a rod, dr/ds.
 struct CurveShape {
   using Weights = std::array<std::array<double, 2>, 4>;
   Index first_node = 0;  ///< of the system
   int n_nodes = 0, n_vectors = 0;
   Weights r{}, tangent{}, curvature{};
+  std::array<double, 4> section{};
 };
 
 /// Centre line at a point, with its derivatives by arc length up to the second.
@@ -44,9 +44,10 @@ struct CurveJet {
 };
 
 /// Where the unknowns of each fiber stand, and the curves that they describe, which all have a continuous tangent: a
-/// rod is the cubic through its nodes' vectors; an enriched beam is taken for the tube whose centre line and section
-/// vectors run through those of its nodes as cubics with the slope of the parabola through each node and its two
-/// neighbours (Catmull, Rom, 1974). Its elements' own parabolas meet at angles, at which contacts would jump.
+/// rod is the cubic through its nodes' vectors; the centre line of an enriched beam is taken through its nodes as
+/// cubics with the slope of the parabola through each node and its two neighbours (Catmull, Rom, 1974). Its elements' own
+/// parabolas meet at angles, at which contacts would jump. Section vectors are those of the elements, so that an even
+/// pressure squeezes sections evenly.
 class FiberField {
  public:
   /// Adds the nodes of all fibers to `layout`, fiber by fiber. `models` has one entry per fiber.
@@ -66,10 +67,10 @@ class FiberField {
   [[nodiscard]] CurveShape shape(Index fiber, double s) const;
   [[nodiscard]] CurveJet curve(const State& state, Index fiber, double s) const { return curve(state, shape(fiber, s)); }
   [[nodiscard]] CurveJet curve(const State& state, const CurveShape& shape) const;
-  /// Section vectors at a place of an enriched fiber, with the weights of r, or their derivatives with those of the
-  /// tangent.
-  [[nodiscard]] std::array<Vec3, 2> section(const State& state, const CurveShape& shape,
-                                            const CurveShape::Weights& weights) const;
+  /// Section vectors at a place of an enriched fiber.
+  [[nodiscard]] std::array<Vec3, 2> section(const State& state, const CurveShape& shape) const;
+  /// Their derivatives by arc length, as smooth as those of the centre line.
+  [[nodiscard]] std::array<Vec3, 2> section_slope(const State& state, const CurveShape& shape) const;
   /// "fiber 3 of yarn warp/1 at 40 % of its length", for messages.
   [[nodiscard]] std::string describe(Index fiber, double s) const;
   /// The particle (s, ξ) as a linear form; ξ is ignored for rods.

@@ -30,7 +30,7 @@ Rods::Rods(const FiberField& field, const std::vector<Material>& materials) : fi
   }
 }
 
-void Rods::announce(Pattern::Builder& builder) const {
+void Rods::add_sparsity(Pattern::Builder& builder) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::rod) continue;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e)
@@ -57,7 +57,7 @@ double Rods::energy(const State& state) const {
   return sum;
 }
 
-std::string Rods::objection(const State& start, const State& state) const {
+std::string Rods::inadmissibility(const State& start, const State& state) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::rod) continue;
     const double h = field_.element_length(f);

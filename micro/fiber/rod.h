@@ -18,11 +18,11 @@ class Rods final : public Effect {
 
   [[nodiscard]] std::string_view name() const override { return "rods"; }
   [[nodiscard]] bool is_elastic() const override { return true; }
-  void announce(Pattern::Builder& builder) const override;
+  void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   /// Objects to fibers that collapsed (collapse.h).
-  [[nodiscard]] std::string objection(const State& start, const State& state) const override;
+  [[nodiscard]] std::string inadmissibility(const State& start, const State& state) const override;
 
  private:
   void add_element(const Vec3* q, Index fiber, Index first_node, Assembler& assembler) const;

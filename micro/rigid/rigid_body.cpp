@@ -65,7 +65,7 @@ Ties::Deviation Ties::deviation(const State& state, const TieTerm& term) const {
   return d;
 }
 
-void Ties::announce(Pattern::Builder& builder) const {
+void Ties::add_sparsity(Pattern::Builder& builder) const {
   std::vector<Index> nodes;
   for (const TieTerm& term : terms_) {
     nodes.assign(1, bodies_.node(term.body));
@@ -142,7 +142,7 @@ Follow::Deviation Follow::deviation(const State& state, const FollowTerm& term) 
   return {bodies_.pose(state, term.follower).position[term.axis] - (leader.position + arm)[term.axis], arm};
 }
 
-void Follow::announce(Pattern::Builder& builder) const {
+void Follow::add_sparsity(Pattern::Builder& builder) const {
   for (const FollowTerm& term : terms_)
     builder.add_clique(std::array{bodies_.node(term.follower), bodies_.node(term.leader)});
 }

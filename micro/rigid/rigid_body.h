@@ -7,6 +7,7 @@
 #include <string>
 
 #include "micro/fiber/fiber_field.h"
+#include "micro/rigid/body_dof.h"
 #include "micro/solve/effect.h"
 
 namespace trame::micro {
@@ -59,7 +60,7 @@ class Ties final : public Effect {
   Ties(const Layout& layout, const RigidBodies& bodies, std::vector<TieTerm> terms);
   [[nodiscard]] std::string_view name() const override { return "ties"; }
   void begin_step(const State& start, double stage_time) override;
-  void announce(Pattern::Builder& builder) const override;
+  void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   /// Force and moment with which the body pulls at its fibers.
@@ -94,7 +95,7 @@ class Follow final : public Effect {
  public:
   Follow(const RigidBodies& bodies, std::vector<FollowTerm> terms) : bodies_(bodies), terms_(std::move(terms)) {}
   [[nodiscard]] std::string_view name() const override { return "follow"; }
-  void announce(Pattern::Builder& builder) const override;
+  void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   /// Force and moment with which a leader pulls at its followers.
@@ -123,7 +124,7 @@ class BodyLoads final : public Effect {
   BodyLoads(const RigidBodies& bodies, std::vector<LoadTerm> terms) : bodies_(bodies), terms_(std::move(terms)) {}
   [[nodiscard]] std::string_view name() const override { return "body loads"; }
   void begin_step(const State&, double stage_time) override { stage_time_ = stage_time; }
-  void announce(Pattern::Builder&) const override {}
+  void add_sparsity(Pattern::Builder&) const override {}
   void add(const State& state, Assembler& assembler) const override;
   /// −F·c of the forces; a moment has no potential and is left out.
   [[nodiscard]] double energy(const State& state) const override;

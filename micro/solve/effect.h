@@ -27,7 +27,7 @@ class Effect {
   /// iterations renewed: the limits of friction.
   enum class Follow : std::uint8_t { trial, iteration, renewal };
   /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Returns true
-  /// where couplings have come up that were not announced.
+  /// where couplings have come up that are not in the sparsity.
   virtual bool follow(const State& /*state*/, Follow /*what*/) { return false; }
   /// Whether the effect is the fibers' own elasticity. What is not, comes from outside of a fiber: contact, friction,
   /// bodies, loads. Equilibrium is judged against that.
@@ -37,8 +37,8 @@ class Effect {
   /// Fibers have travelled so far in this step that contact is about to be looked for again: hold them back, if that
   /// is what the effect is for.
   virtual void hold_back() {}
-  /// Couplings between nodes that `add` may use until the next `update`, or `follow` that returns true.
-  virtual void announce(Pattern::Builder& builder) const = 0;
+  /// Adds the couplings between nodes that `add` may use until the next `update`, or `follow` that returns true.
+  virtual void add_sparsity(Pattern::Builder& builder) const = 0;
   /// Adds the gradient and, where wanted, the tangent at `state` for the items that touch owned nodes.
   virtual void add(const State& state, Assembler& assembler) const = 0;
   /// The potential whose gradient `add` gives.
@@ -51,9 +51,9 @@ class Effect {
     ledger.stored = energy(state);
     return ledger;
   }
-  /// Why the equilibrium `state`, reached in a step from `start`, must not be accepted all the same, and what may help;
-  /// empty where it may.
-  [[nodiscard]] virtual std::string objection(const State& /*start*/, const State& /*state*/) const { return {}; }
+  /// Why the equilibrium `state`, reached in a step from `start`, is inadmissible all the same, and what may help;
+  /// empty where it is not.
+  [[nodiscard]] virtual std::string inadmissibility(const State& /*start*/, const State& /*state*/) const { return {}; }
   /// The step is accepted: history moves on.
   virtual void commit(const State& /*state*/) {}
   /// Passes through all that goes from one increment to the next, as it is after `commit`.

@@ -9,17 +9,21 @@ namespace trame::micro {
 
 namespace {
 
+constexpr double sliver = 0.01;  // share of an increment that is joined to the one before rather than made on its own
+constexpr double cut = 0.5;      // what is left of an increment that failed
+constexpr double regrowth = 2;   // of cut increments, with each that is accepted at once
+
 struct Attempt {
   bool accepted = false;
   std::string reason;
   std::optional<Index> worst_dof;
-  bool refused = false;  // an equilibrium that an effect objects to
+  bool refused = false;  // an equilibrium that is inadmissible
 };
 
 /// What a stage works with.
 struct Tools {
   NewtonSolver& newton;
-  const Effects& effects;
+  Effects& effects;
   const LoadPathSettings& settings;
   const StageDriver& driver;
   Timers& timers;
@@ -75,7 +79,7 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
     ++report.n_geometry_updates;
     constexpr int few = 2;  // detours that cost less than to ask
     if (n_detours >= few) newton.set_reach(effects, state);
-    if (newton.announce(effects))
+    if (newton.cover_sparsity(effects))
       tools.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
     if (arrived) {
       const Residual r = newton.evaluate(effects, motion, state, false);
@@ -111,12 +115,12 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
   }
 }
 
-/// What speaks against an equilibrium that a step from `start` has reached; empty where nothing does.
-std::string objection(const Effects& effects, const State& start, const State& state) {
+/// Why an equilibrium that a step from `start` has reached is inadmissible; empty where it is not.
+std::string inadmissibility(const Effects& effects, const State& start, const State& state) {
   for (const auto& effect : effects) {
     if (!std::isfinite(effect->energy(state)))
       return fmt::format("the energy of {} became infinite or not a number", effect->name());
-    if (std::string why = effect->objection(start, state); !why.empty()) return why;
+    if (std::string why = effect->inadmissibility(start, state); !why.empty()) return why;
   }
   return {};
 }
@@ -126,7 +130,7 @@ Attempt try_increment(const Tools& tools, const PrescribedMotion& motion, double
                       State& state, IncrementReport& report) {
   Attempt attempt = find_equilibrium(tools, motion, slack, state, report);
   if (!attempt.accepted) return attempt;
-  const std::string why = objection(tools.effects, start, state);
+  const std::string why = inadmissibility(tools.effects, start, state);
   return {why.empty(), why, {}, !why.empty()};
 }
 
@@ -142,22 +146,22 @@ State predict(const State& state, const State& before, double ratio, double cap)
   return predicted;
 }
 
-void begin_step(const Effects& effects, const State& start, double to) {
+void begin_step(Effects& effects, const State& start, double to) {
   for (const auto& effect : effects) effect->begin_step(start, to);
 }
 
-void commit(const Effects& effects, const State& state) {
+void commit(Effects& effects, const State& state) {
   for (const auto& effect : effects) effect->commit(state);
 }
 
 }  // namespace
 
-void begin_at(const Effects& effects, const State& state, double to) {
+void begin_at(Effects& effects, const State& state, double to) {
   begin_step(effects, state, to);
   for (const auto& effect : effects) effect->update(state);
 }
 
-StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
+StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, StagePosition& position, State& state) {
   const Tools tools{newton, effects, settings, driver, timers};
   const double nominal = 1.0 / settings.n_increments;
@@ -173,8 +177,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
   newton.search_along_steps(searches);
   auto clock = Timers::Clock::now();
   while (time < 1) {
-    // A last increment that would be a sliver is joined to the one before.
-    const double to = time + 1.01 * size >= 1 ? 1 : time + size;
+    const double to = time + (1 + sliver) * size >= 1 ? 1 : time + size;
     tools.log(fmt::format("  stage time {:.4f} -> {:.4f}", time, to));
     begin_step(effects, state, to);
     // A first guess that led to a cut is not tried again, and what happens in a stage's first increment is like no
@@ -188,7 +191,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     if (!attempt.accepted && driver.stop()) return {StageOutcome::Status::interrupted, "", time, std::nullopt};
     if (!attempt.accepted) {
       ++report.n_cuts;
-      size = 0.5 * (to - time);
+      size = cut * (to - time);
       tools.log(fmt::format("  cut: {}", attempt.reason));
       if (size < settings.min_increment && searches && settings.may_take_whole_steps) {
         tools.log("  whole steps from here on");
@@ -209,7 +212,7 @@ StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadP
     time = to;
     report.stage_time = time;
     report.seconds = std::chrono::duration<double>(Timers::Clock::now() - clock).count();
-    next_size = size = report.n_cuts == 0 ? std::min(nominal, 2 * size) : size;
+    next_size = size = report.n_cuts == 0 ? std::min(nominal, regrowth * size) : size;
     const bool go_on = driver.accepted(state, report);
     report = {};
     failure = {};

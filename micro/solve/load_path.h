@@ -11,15 +11,17 @@
 namespace trame::micro {
 
 struct LoadPathSettings {
-  int n_increments = 10;  ///< wanted
-  int max_geometry_updates = 12;     ///< times that contact found anew undoes an equilibrium, in an increment
-  int max_detours = 60;              ///< detections in an increment on the way, where fibers move far
-  double friction_tolerance = 1e-4;  ///< residual once limits of friction are renewed: forces are in balance before that
-  int max_stiffenings = 12;          ///< of penalties and preloads in an increment
-  double min_increment = 1e-4;       ///< of stage time
-  bool may_take_whole_steps =
-      false;  ///< where even the smallest increment fails, goes on without line searches before giving up
-  double prediction_cap = 0.5;  ///< largest motion of a first guess, in the unit of length
+  // A stage's own; there are no others.
+  int n_increments = 0;           ///< wanted
+  int max_geometry_updates = 0;   ///< times that contact found anew undoes an equilibrium, in an increment
+  double friction_tolerance = 0;  ///< residual once limits of friction are renewed: forces are in balance before that
+  double min_increment = 0;       ///< of stage time
+  double prediction_cap = 0;      ///< largest motion of a first guess, in the unit of length
+  /// Where even the smallest increment fails, goes on without line searches before giving up.
+  bool may_take_whole_steps = false;
+
+  int max_detours = 60;      ///< detections in an increment on the way, where fibers move far
+  int max_stiffenings = 12;  ///< of penalties and preloads in an increment
 };
 
 /// What the solver did for one increment.
@@ -70,11 +72,11 @@ struct StageOutcome {
 };
 
 /// Begins a step to stage time `to` at `state`, with what there is to act on at that state.
-void begin_at(const Effects& effects, const State& state, double to);
+void begin_at(Effects& effects, const State& state, double to);
 
-/// Runs a stage from `position` on, at its start or where it was left, on `state`. At the end both are those of the last
-/// accepted increment; the driver meets them so with each.
-StageOutcome run_stage(NewtonSolver& newton, const Effects& effects, const LoadPathSettings& settings,
+/// Runs a stage from `position` on, at its start or where it was left, on `state`. At the end both are those of the
+/// last accepted increment; the driver meets them so with each.
+StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, StagePosition& position, State& state);
 
 }  // namespace trame::micro

@@ -34,11 +34,11 @@ NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings,
     owned_from_[t] = static_cast<Index>(static_cast<std::int64_t>(layout.n_nodes()) * t / n_threads_);
 }
 
-bool NewtonSolver::announce(const Effects& effects) {
+bool NewtonSolver::cover_sparsity(const Effects& effects) {
   Pattern::Builder builder;
   {
     const auto guard = timers_.measure(Phase::detection);
-    for (const auto& effect : effects) effect->announce(builder);
+    for (const auto& effect : effects) effect->add_sparsity(builder);
     if (pattern_.covers(builder)) return false;
   }
   const auto guard = timers_.measure(Phase::symbolic);
@@ -87,14 +87,14 @@ void NewtonSolver::set_reach(const Effects& effects, const State& state) {
 
 void NewtonSolver::reset_reach() { unit_ = settings_.units; }
 
-/// Lets what moves with the fibers follow them. Couplings that come up on the way are announced.
-void NewtonSolver::follow(const Effects& effects, const State& state, Effect::Follow what) {
+/// Lets what moves with the fibers follow them. Couplings that come up on the way go into the pattern.
+void NewtonSolver::follow(Effects& effects, const State& state, Effect::Follow what) {
   bool grown = false;
   {
     const auto guard = timers_.measure(Phase::detection);
     for (const auto& effect : effects) grown = effect->follow(state, what) || grown;
   }
-  if (grown) announce(effects);
+  if (grown) cover_sparsity(effects);
 }
 
 Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
@@ -117,7 +117,7 @@ Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
   return r;
 }
 
-Residual NewtonSolver::evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+Residual NewtonSolver::evaluate(Effects& effects, const PrescribedMotion& prescribed, const State& state,
                                 bool renewed) {
   follow(effects, state, renewed ? Effect::Follow::renewal : Effect::Follow::iteration);
   assemble(effects, state, Assembler::Tangent::none);
@@ -159,7 +159,7 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 /// factor is that of its projection, and the iterations behind it may end early; with a motion to be made, which they
 /// have to finish, the projection stands for the tangent. A factor that does not do in single precision is replaced by
 /// one in double.
-bool NewtonSolver::find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state,
                              double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
   using Truncated = LinearSolver::Truncated;
   constexpr int max_iterations = 50;
@@ -304,7 +304,7 @@ void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
   for (int d = 0; d < 3; ++d, diagonal += pattern_.column_height(j) + 1) *diagonal += stiffness;
 }
 
-bool NewtonSolver::seen_unstable(const Effects& effects, const PrescribedMotion& prescribed, const State& state) {
+bool NewtonSolver::seen_unstable(Effects& effects, const PrescribedMotion& prescribed, const State& state) {
   constexpr int max_iterations = 12;
   if (!linear_.has_factor()) return false;
   follow(effects, state, Effect::Follow::iteration);
@@ -344,7 +344,7 @@ double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
 /// steeply at `alpha`: regula falsi on the slope between the longest step known to be downhill and the shortest known
 /// to be too long, at most six trials. Where the potential falls ever more steeply, which says nothing of how far:
 /// doubled as long as it goes on falling, up to `longest`.
-double NewtonSolver::line_search(const Effects& effects, const State& state, double alpha, double longest,
+double NewtonSolver::line_search(Effects& effects, const State& state, double alpha, double longest,
                                  double slope_at_zero, const PrescribedMotion& prescribed) {
   const double accepted = 0.8 * std::abs(slope_at_zero);
   const auto slope_at = [&](double length) {
@@ -383,7 +383,7 @@ NewtonSolver::Largest NewtonSolver::largest(const Change& change) const {
   return result;
 }
 
-NewtonOutcome NewtonSolver::solve(const Effects& effects, const PrescribedMotion& prescribed, double slack,
+NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& prescribed, double slack,
                                   State& state, const std::function<void(const std::string&)>& log) {
   NewtonOutcome outcome;
   double remaining = 1;  // part of the prescribed motion still to be made

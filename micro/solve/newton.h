@@ -73,9 +73,9 @@ class NewtonSolver {
  public:
   NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers);
 
-  /// Makes the pattern cover what the effects announce; a pattern that covers it already is kept. Returns true for a
+  /// Makes the pattern cover the sparsity of the effects; a pattern that covers it already is kept. Returns true for a
   /// new one.
-  bool announce(const Effects& effects);
+  bool cover_sparsity(const Effects& effects);
 
   /// What is far from all others, as effects see it at `state`, takes longer steps from now on.
   void set_reach(const Effects& effects, const State& state);
@@ -90,12 +90,12 @@ class NewtonSolver {
   /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`,
   /// to `slack` times the tolerance of the settings, or stops at the travel cap. `log` (may be empty) gets a line per
   /// iteration.
-  NewtonOutcome solve(const Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
+  NewtonOutcome solve(Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
                       const std::function<void(const std::string&)>& log);
 
   /// Gradient of the potential at `state`; afterwards `force()` holds it.
   /// With `renewed`, limits of friction are those of the forces at `state`; otherwise those that were used last.
-  Residual evaluate(const Effects& effects, const PrescribedMotion& prescribed, const State& state, bool renewed);
+  Residual evaluate(Effects& effects, const PrescribedMotion& prescribed, const State& state, bool renewed);
   /// Gradient at the last evaluated state; at prescribed dofs it is the reaction, the force that holds them.
   [[nodiscard]] const std::vector<double>& force() const { return force_; }
 
@@ -107,7 +107,7 @@ class NewtonSolver {
   void search_along_steps(bool on) { searches_ = on; }
   /// Whether the equilibrium `state` is seen to be unstable: a direction of negative curvature is found on its exact
   /// tangent, by a few conjugate gradients behind the factor at hand. False says nothing.
-  [[nodiscard]] bool seen_unstable(const Effects& effects, const PrescribedMotion& prescribed, const State& state);
+  [[nodiscard]] bool seen_unstable(Effects& effects, const PrescribedMotion& prescribed, const State& state);
 
   [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(pattern_.n_values()); }
   [[nodiscard]] double n_factor_entries() const { return linear_.n_factor_entries(); }
@@ -119,16 +119,16 @@ class NewtonSolver {
   [[nodiscard]] double goal(const Residual& r, double slack) const {
     return std::max({slack * settings_.force_tolerance * r.scale, settings_.force_floor, round_off_});
   }
-  void follow(const Effects& effects, const State& state, Effect::Follow what);
+  void follow(Effects& effects, const State& state, Effect::Follow what);
   void impose(const PrescribedMotion& prescribed, double remaining);
-  [[nodiscard]] bool find_step(const Effects& effects, const PrescribedMotion& prescribed, const State& state,
+  [[nodiscard]] bool find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state,
                                double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void adapt_trust(double size, double alpha);
   void adapt_cap(double residual_norm);
   void scale_diagonal(double factor);
   void add_to_diagonal(Index vector, double stiffness);
-  [[nodiscard]] double line_search(const Effects& effects, const State& state, double alpha, double longest,
+  [[nodiscard]] double line_search(Effects& effects, const State& state, double alpha, double longest,
                                    double slope_at_zero, const PrescribedMotion& prescribed);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
   struct Largest {

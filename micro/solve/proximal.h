@@ -11,28 +11,32 @@ namespace trame::micro {
 
 class Proximal final : public Effect {
  public:
-  /// Acts on vector 0 of nodes first_node … of `layout`. η falls geometrically from `start` to `end` over the stage;
-  /// where `end` is zero it falls by a factor 10³ and vanishes at stage time 1.
-  Proximal(const Layout& layout, Index first_node, double start, double end)
-      : layout_(layout), first_node_(first_node), start_(start), end_(end) {}
+  /// Acts on vector 0 of nodes first_node … of the layout. η falls geometrically from `start` to `end` over the stage;
+  /// where `end` is zero it falls to `last_share` of the start and vanishes at stage time 1.
+  struct Settings {
+    Index first_node = 0;
+    double start = 0, end = 0;
+  };
+  Proximal(const Layout& layout, const Settings& settings) : layout_(layout), settings_(settings) {}
 
   [[nodiscard]] std::string_view name() const override { return "proximal damping"; }
   void begin_step(const State& start, double stage_time) override {
     start_state_ = start;
-    const double last = end_ > 0 ? end_ : 1e-3 * start_;
-    eta_ = stage_time >= 1 && end_ == 0 ? 0 : start_ * std::pow(last / start_, stage_time);
+    const auto& [first_node, first, end] = settings_;
+    const double last = end > 0 ? end : last_share * first;
+    eta_ = stage_time >= 1 && end == 0 ? 0 : first * std::pow(last / first, stage_time);
     n_detours_ = 0;
   }
-  /// From the fifth time on that fibers have travelled far in a step, η doubles: a few loose ones would otherwise run
-  /// to and fro. At most 2¹⁰-fold.
+  /// Once fibers have travelled far a few times in a step, η doubles each time: some loose ones would otherwise run to
+  /// and fro.
   void hold_back() override {
     ++n_detours_;
-    if (n_detours_ > 4 && n_detours_ <= 14) eta_ *= 2;
+    if (n_detours_ > free_detours && n_detours_ <= free_detours + max_doublings) eta_ *= 2;
   }
-  void announce(Pattern::Builder&) const override {}
+  void add_sparsity(Pattern::Builder&) const override {}
   void add(const State& state, Assembler& assembler) const override {
     if (eta_ == 0) return;
-    for (Index n = first_node_; n < layout_.n_nodes(); ++n) {
+    for (Index n = settings_.first_node; n < layout_.n_nodes(); ++n) {
       if (!assembler.owns(n)) continue;
       const Index v = layout_.first_vector(n);
       assembler.add_force(n, 0, eta_ * (state.q[v] - start_state_.q[v]));
@@ -43,7 +47,7 @@ class Proximal final : public Effect {
   }
   [[nodiscard]] double energy(const State& state) const override {
     double sum = 0;
-    for (Index n = first_node_; n < layout_.n_nodes() && eta_ > 0; ++n)
+    for (Index n = settings_.first_node; n < layout_.n_nodes() && eta_ > 0; ++n)
       sum += (state.q[layout_.first_vector(n)] - start_state_.q[layout_.first_vector(n)]).squaredNorm();
     return 0.5 * eta_ * sum;
   }
@@ -55,7 +59,7 @@ class Proximal final : public Effect {
   }
   void commit(const State& state) override {
     force_n_.resize(layout_.n_nodes(), Vec3::Zero());
-    for (Index n = first_node_; n < layout_.n_nodes(); ++n) {
+    for (Index n = settings_.first_node; n < layout_.n_nodes(); ++n) {
       const Vec3 motion = state.q[layout_.first_vector(n)] - start_state_.q[layout_.first_vector(n)];
       const Vec3 force = eta_ * motion;
       dissipated_ += 0.5 * (force_n_[n] + force).dot(motion);
@@ -72,9 +76,12 @@ class Proximal final : public Effect {
   [[nodiscard]] double eta() const { return eta_; }
 
  private:
+  static constexpr double last_share = 1e-3;
+  static constexpr int free_detours = 4, max_doublings = 10;
+
   const Layout& layout_;
-  Index first_node_;
-  double start_, end_, eta_ = 0;
+  Settings settings_;
+  double eta_ = 0;
   int n_detours_ = 0;  // in this step
   double dissipated_ = 0;
   std::vector<Vec3> force_n_;  // of each node, at the last accepted step

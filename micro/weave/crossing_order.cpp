@@ -123,8 +123,8 @@ bool CrossingOrder::follow(const State& state, Follow what) {
   return grown;
 }
 
-void CrossingOrder::announce(Pattern::Builder& builder) const {
-  for (const Element& e : elements_) e.covered.announce(builder);
+void CrossingOrder::add_sparsity(Pattern::Builder& builder) const {
+  for (const Element& e : elements_) e.covered.add_sparsity(builder);
 }
 
 /// Forces are vertical, at crossings that go with the fibers. That has no potential where fibers are inclined; the

@@ -27,7 +27,7 @@ class CrossingOrder final : public Effect {
   void begin_step(const State& start, double stage_time) override;
   void update(const State& state, bool keep = false) override;
   bool follow(const State& state, Follow what) override;
-  void announce(Pattern::Builder& builder) const override;
+  void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
   [[nodiscard]] Ledger ledger(const State& state) const override;

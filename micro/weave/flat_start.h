@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "micro/fiber/fiber_mesh.h"
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 namespace trame::micro {
 

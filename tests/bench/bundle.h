@@ -28,8 +28,8 @@ struct Bundle {
     else
       elastic = std::make_unique<Rods>(field, std::vector(n_fibers, material()));
     Pattern::Builder builder;
-    contact.announce(builder);
-    elastic->announce(builder);
+    contact.add_sparsity(builder);
+    elastic->add_sparsity(builder);
     pattern = Pattern(layout, builder);
     values.resize(pattern.n_values());
     force.resize(layout.n_dofs());

@@ -12,8 +12,8 @@
 #include <set>
 #include <sstream>
 
-#include "micro/io/scene.h"
-#include "micro/io/snapshot.h"
+#include "micro/scene/scene.h"
+#include "micro/states/snapshot.h"
 #include "support/lattice_yarns.h"
 #include "support/process.h"
 #include "support/temporary_folder.h"

@@ -75,7 +75,7 @@ TEST(Derivatives, CrossingOrder) {
 
 TEST(Derivatives, Proximal) {
   TwoFibers scene(FiberModel::rod);
-  Proximal proximal(scene.layout, 2, 0.3, 0.3);
+  Proximal proximal(scene.layout, {.first_node = 2, .start = 0.3, .end = 0.3});
   proximal.begin_step(scene.state, 0.5);
   expect_consistent_derivatives(proximal, scene.layout, perturbed(scene.layout, scene.state, 0.1, 6));
 }

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "micro/core/error.h"
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {

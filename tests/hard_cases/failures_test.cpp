@@ -23,7 +23,7 @@ class Unsound final : public Effect {
   Unsound(const Layout& layout, Spoils what, double from) : layout_(layout), what_(what), from_(from) {}
   [[nodiscard]] std::string_view name() const override { return "unsound"; }
   void begin_step(const State&, double stage_time) override { bad_ = stage_time > from_; }
-  void announce(Pattern::Builder&) const override {}
+  void add_sparsity(Pattern::Builder&) const override {}
   void add(const State&, Assembler& assembler) const override {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
     const Index last = layout_.n_nodes() - 1;
@@ -64,9 +64,11 @@ StageRun run_with(Spoils what, double from) {
   settings.travel_cap = 0.5;
   Timers timers;
   NewtonSolver newton(model.layout, settings, 1, timers);
-  LoadPathSettings path;
-  path.n_increments = 10;
-  path.min_increment = 1e-2;
+  const LoadPathSettings path{.n_increments = 10,
+                              .max_geometry_updates = 12,
+                              .friction_tolerance = 1e-4,
+                              .min_increment = 1e-2,
+                              .prediction_cap = 0.5};
   StageRun run;
   StageDriver driver;
   driver.motion = [&](const State& s, double a, double b) { return model.motion(s, a, b); };
@@ -148,17 +150,17 @@ TEST(Failures, CollapsedFibersAreRefused) {
     scene.stages = {stage_with("crush", 1, {})};
     const Assembly assembly = assemble_scene(scene);
     const StageModel model(scene, assembly, scene.stages[0], start_of(assembly));
-    const auto objection = [&](const State& state) {
+    const auto inadmissibility = [&](const State& state) {
       std::string text;
-      for (const auto& effect : model.effects) text += effect->objection(model.start, state);
+      for (const auto& effect : model.effects) text += effect->inadmissibility(model.start, state);
       return text;
     };
-    EXPECT_EQ(objection(model.start), "");
-    EXPECT_EQ(objection(stretched(model, 1.5)), "");
-    EXPECT_EQ(objection(stretched(model, 0.578)), "");  // 1/√3 = 0.5774
-    EXPECT_NE(objection(stretched(model, 0.577)).find("stretch is 0.577"), std::string::npos);
-    EXPECT_NE(objection(stretched(model, 0.1)).find("fiber 0 of yarn beam at"), std::string::npos);
-    EXPECT_NE(objection(stretched(model, -1)).find("inside out"), std::string::npos);
+    EXPECT_EQ(inadmissibility(model.start), "");
+    EXPECT_EQ(inadmissibility(stretched(model, 1.5)), "");
+    EXPECT_EQ(inadmissibility(stretched(model, 0.578)), "");  // 1/√3 = 0.5774
+    EXPECT_NE(inadmissibility(stretched(model, 0.577)).find("stretch is 0.577"), std::string::npos);
+    EXPECT_NE(inadmissibility(stretched(model, 0.1)).find("fiber 0 of yarn beam at"), std::string::npos);
+    EXPECT_NE(inadmissibility(stretched(model, -1)).find("inside out"), std::string::npos);
   }
 }
 

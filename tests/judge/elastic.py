@@ -1,4 +1,4 @@
-"""Elastic forces of fibers: an own reading of the equations of micro/README.md, sections 3 and 4."""
+"""Elastic forces of fibers: an own reading of the equations of micro/fiber/README.md."""
 
 import numpy as np
 

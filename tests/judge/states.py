@@ -1,4 +1,4 @@
-"""Saved states (layout: micro/io/README.md) as curves, contacts and bodies. Needs h5py and numpy."""
+"""Saved states (layout: micro/states/README.md) as curves, contacts and bodies. Needs h5py and numpy."""
 
 import fnmatch
 import tomllib

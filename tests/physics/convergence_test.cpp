@@ -28,7 +28,7 @@ class TipForce final : public Effect {
   TipForce(const Layout& layout, const Vec3& force) : layout_(layout), force_(force) {}
   [[nodiscard]] std::string_view name() const override { return "tip force"; }
   void begin_step(const State&, double stage_time) override { time_ = stage_time; }
-  void announce(Pattern::Builder&) const override {}
+  void add_sparsity(Pattern::Builder&) const override {}
   void add(const State&, Assembler& assembler) const override {
     assembler.add_force(layout_.n_nodes() - 1, 0, -time_ * force_);
   }
@@ -69,7 +69,7 @@ Vec3 tip(FiberModel model, bool twist_stretch, Index n_elements) {
   effects.push_back(std::make_unique<TipForce>(layout, Vec3(0, 0, end_force)));
   Timers timers;
   NewtonSolver newton(layout, {1e-9, 1e-13, 60, 1e9}, 1, timers);
-  newton.announce(effects);
+  newton.cover_sparsity(effects);
   constexpr int n_steps = 8;
   for (int step = 1; step <= n_steps; ++step) {
     for (const auto& effect : effects) effect->begin_step(state, static_cast<double>(step) / n_steps);

@@ -334,7 +334,7 @@ elements = 4
 [contact]
 target_penetration = 0.08
 [solver]
-geometry_tolerance = 1e-3
+force_tolerance = 1e-5
 [[stage]]
 name = "s"
 )";

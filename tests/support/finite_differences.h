@@ -70,7 +70,7 @@ struct Assembled {
 inline Assembled assemble(const Effect& effect, const Layout& layout, const State& state,
                           Assembler::Tangent kind = Assembler::Tangent::exact) {
   Pattern::Builder builder;
-  effect.announce(builder);
+  effect.add_sparsity(builder);
   const Pattern pattern(layout, builder);
   std::vector<double> values(pattern.n_values(), 0.0), force(layout.n_dofs(), 0.0), magnitude(layout.n_vectors(), 0.0);
   Assembler assembler(layout, &pattern, 0, layout.n_nodes(), force.data(), magnitude.data(), values.data(), kind);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 #include "tests/support/messages.h"
 
 namespace trame::micro::test {

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "micro/core/error.h"
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 namespace trame::micro {
 namespace {

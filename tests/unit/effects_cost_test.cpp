@@ -95,7 +95,7 @@ struct Counted {
       effect->commit(state);
     }
     Pattern::Builder builder;
-    for (const auto& effect : model.effects) effect->announce(builder);
+    for (const auto& effect : model.effects) effect->add_sparsity(builder);
     pattern = Pattern(model.layout, std::move(builder));
   }
 

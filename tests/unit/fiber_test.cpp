@@ -95,7 +95,7 @@ TEST(FiberField, ParticlesAreLinearFormsOfTheUnknowns) {
   const double s = 3.3;
   const Vec2 xi(0.6, -0.8);
   const CurveShape shape = enriched.field.shape(0, s);
-  const auto [g1, g2] = enriched.field.section(enriched.state, shape, shape.r);
+  const auto [g1, g2] = enriched.field.section(enriched.state, shape);
   const Vec3 expected = enriched.field.curve(enriched.state, 0, s).r + xi[0] * g1 + xi[1] * g2;
   EXPECT_LT((enriched.field.particle(0, s, xi).evaluate(enriched.layout, enriched.state) - expected).norm(), 1e-14);
   EXPECT_LT((rod.field.particle(0, s, xi).evaluate(rod.layout, rod.state) - rod.field.curve(rod.state, 0, s).r).norm(),

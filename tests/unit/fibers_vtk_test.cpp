@@ -1,4 +1,4 @@
-#include "micro/io/fibers_vtk.h"
+#include "micro/states/fibers_vtk.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>

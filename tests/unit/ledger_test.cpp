@@ -61,7 +61,7 @@ TEST(Ledger, ContactsAreCountedWhereTheyPressLess) {
 
 TEST(Ledger, TheProximalTermTakesTheMeanOfItsForces) {
   const test::TwoFibers scene(FiberModel::rod);
-  Proximal proximal(scene.layout, 2, 0.3, 0.3);
+  Proximal proximal(scene.layout, {.first_node = 2, .start = 0.3, .end = 0.3});
   State from = scene.state, to = from;
   double expected = 0, force = 0;
   for (const double motion : {0.2, 0.5}) {
@@ -222,7 +222,7 @@ TEST_F(Books, Balance) {
 
 TEST_F(Books, WouldNotBalanceWithoutAnyOfTheirLines) {
   const double imbalance = std::abs(energy().imbalance);
-  for (const Source s : {Source::bodies, Source::separation, Source::preloads, Source::allowances, Source::stages}) {
+  for (const Source s : {Source::bodies, Source::separation, Source::preloads, Source::gap_offsets, Source::stages}) {
     const auto line = static_cast<std::size_t>(s);
     EXPECT_GT(std::abs(energy().work[line]), imbalance) << source_names[line];
   }

@@ -14,7 +14,9 @@ namespace {
 
 TEST(ProximalTerm, FallsGeometricallyAndVanishesAtTheEndWhereItsEndIsZero) {
   const test::TwoFibers scene(FiberModel::rod);
-  Proximal constant(scene.layout, 2, 0.3, 0.3), falling(scene.layout, 2, 1, 1e-2), vanishing(scene.layout, 2, 1, 0);
+  Proximal constant(scene.layout, {.first_node = 2, .start = 0.3, .end = 0.3});
+  Proximal falling(scene.layout, {.first_node = 2, .start = 1, .end = 1e-2});
+  Proximal vanishing(scene.layout, {.first_node = 2, .start = 1, .end = 0});
   for (Proximal* term : {&constant, &falling, &vanishing}) term->begin_step(scene.state, 0.5);
   EXPECT_DOUBLE_EQ(constant.eta(), 0.3);
   EXPECT_NEAR(falling.eta(), 0.1, 1e-12);
@@ -26,7 +28,7 @@ TEST(ProximalTerm, FallsGeometricallyAndVanishesAtTheEndWhereItsEndIsZero) {
 
 TEST(ProximalTerm, HoldsFibersBackThatTravelAgainAndAgain) {
   const test::TwoFibers scene(FiberModel::rod);
-  Proximal proximal(scene.layout, 2, 0.3, 0.3);
+  Proximal proximal(scene.layout, {.first_node = 2, .start = 0.3, .end = 0.3});
   proximal.begin_step(scene.state, 0.5);
   for (int n = 0; n < 4; ++n) proximal.hold_back();
   EXPECT_DOUBLE_EQ(proximal.eta(), 0.3);

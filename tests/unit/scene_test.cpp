@@ -1,6 +1,6 @@
 // Quantities, wildcards, weave patterns, and scenes that are right.
 
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/core/wildcard.h"
-#include "micro/io/scene_pattern.h"
+#include "micro/scene/pattern.h"
 
 namespace trame::micro {
 namespace {

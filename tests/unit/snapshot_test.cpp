@@ -1,4 +1,4 @@
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -15,7 +15,7 @@
 #include <functional>
 #include <random>
 
-#include "micro/io/hdf5.h"
+#include "micro/states/hdf5.h"
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/temporary_folder.h"
 

@@ -94,7 +94,7 @@ class Springs final : public Effect {
  public:
   Springs(const Layout& layout, double stiffness) : layout_(layout), k_(stiffness) {}
   [[nodiscard]] std::string_view name() const override { return "springs"; }
-  void announce(Pattern::Builder& builder) const override {
+  void add_sparsity(Pattern::Builder& builder) const override {
     for (Index i = 0; i + 1 < layout_.n_nodes(); ++i) builder.add_clique(std::array<Index, 2>{i, i + 1});
   }
   void add(const State& state, Assembler& assembler) const override {
@@ -137,7 +137,7 @@ TEST(Assembler, OwnersTogetherGiveTheWhole) {
   Chain chain(7);
   const Springs springs(chain.layout, 2.5);
   Pattern::Builder builder;
-  springs.announce(builder);
+  springs.add_sparsity(builder);
   const Pattern pattern(chain.layout, builder);
   const auto assemble = [&](const std::vector<Index>& limits) {
     std::vector<double> values(pattern.n_values(), 0.0), force(21, 0.0), magnitude(7, 0.0);
@@ -223,7 +223,7 @@ TEST_P(LinearSolverTest, SolvesAndTellsIndefiniteMatrices) {
   Chain chain(9);
   Springs springs(chain.layout, 2);
   Pattern::Builder builder;
-  springs.announce(builder);
+  springs.add_sparsity(builder);
   const Pattern pattern(chain.layout, builder);
   const auto dense = test::assemble(springs, chain.layout, chain.state).tangent;
   std::vector<double> values(pattern.n_values(), 0.0), force(27, 0.0), magnitude(9, 0.0);
@@ -294,7 +294,7 @@ TEST(Newton, PrescribedMotionPullsAChainStraight) {
   effects.push_back(std::make_unique<Springs>(chain.layout, 3.0));
   Timers timers;
   NewtonSolver newton(chain.layout, {1e-10, 1e-14, 20, 1e9}, 1, timers);
-  newton.announce(effects);
+  newton.cover_sparsity(effects);
   PrescribedMotion prescribed;
   prescribed.fixed.assign(15, 0);
   prescribed.motion.assign(15, 0);

@@ -25,10 +25,10 @@ void write_program(const fs::path& file, const std::string& body) {
   fs::permissions(file, fs::perms::owner_all);
 }
 
-/// Programs that the README promises in build/release/bin.
+/// Programs that their README promises in build/release/bin.
 std::set<std::string> promised_programs() {
   std::set<std::string> names;
-  std::istringstream lines(read_text(source / "README.md"));
+  std::istringstream lines(read_text(source / "workflows/README.md"));
   for (std::string line; std::getline(lines, line);)
     if (std::smatch match; std::regex_search(line, match, std::regex(R"(^\| `([a-z_]+) (SCENE|states\.h5)` \|)")))
       names.insert(match[1]);
@@ -68,6 +68,15 @@ TEST_F(Bootstrap, BuildsEveryProgramThatTheReadmePromises) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(targets(), promised);
   EXPECT_NE(outcome.out.find("ran plain_small --alpha 1"), std::string::npos) << outcome.out;
+}
+
+TEST_F(Bootstrap, RunsWhatReadsFilesUnderSanitizers) {
+  write_program(folder_ / "stubs/ctest", "echo tested \"$@\"");
+  const Outcome outcome = bootstrap({"fuzz", "-L", "sanitized"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(targets(), std::set<std::string>{"fuzzers"});
+  EXPECT_NE(read_text(folder_ / "cmake.log").find("--build --preset fuzz"), std::string::npos);
+  EXPECT_NE(outcome.out.find("tested --preset fuzz --no-tests=error -L sanitized"), std::string::npos) << outcome.out;
 }
 
 TEST(Build, PutsRenderPatchBesideTheProgramsThatStartIt) {

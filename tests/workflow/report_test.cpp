@@ -87,7 +87,7 @@ TEST(SummaryJson, HoldsEveryNumberOfTheRun) {
                                                  {"separation", 2.0},
                                                  {"contacts", 3.0},
                                                  {"preloads", 4.0},
-                                                 {"allowances", 5.0},
+                                                 {"gap_offsets", 5.0},
                                                  {"friction_limits", 6.0},
                                                  {"stages", -16.0}}}}));
   EXPECT_EQ(json.at("seconds").at("factorization"), 12.5);

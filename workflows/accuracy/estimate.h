@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 #include "micro/simulate.h"
 #include "workflows/accuracy/profile.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "micro/io/scene.h"
+#include "micro/scene/scene.h"
 
 namespace trame::workflows {
 

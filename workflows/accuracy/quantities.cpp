@@ -13,7 +13,7 @@
 #include "meso/comparison.h"
 #include "micro/core/error.h"
 #include "micro/core/wildcard.h"
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 #include "workflows/accuracy/quantity.h"
 #include "workflows/report/report_plots.h"
 

@@ -30,7 +30,7 @@
 #include <array>
 #include <cmath>
 
-#include "micro/io/whole_file.h"
+#include "micro/core/whole_file.h"
 #include "workflows/picture/picture_frame.h"
 
 namespace trame::workflows {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "micro/core/error.h"
-#include "micro/io/whole_file.h"
+#include "micro/core/whole_file.h"
 #include "workflows/report/body_loads.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_pictures.h"

@@ -85,17 +85,20 @@ std::string crossing_cells(const RunSummary& summary) {
 
 /// What certificates are held against.
 struct CertificateLimits {
+  /// What an increment may end on once limits of friction are renewed, over `force_tolerance`.
+  static constexpr double over_force_tolerance = 100;
+
   double penetration = 0.05;  ///< of R
-  double imbalance = micro::SolverSettings().geometry_tolerance;
+  double imbalance = over_force_tolerance * micro::SolverSettings().force_tolerance;
   double energy = 0.01;  ///< of the external work
 };
 
-/// A scene may ask for contact that is softer than usual; its geometry tolerance is what increments end on.
+/// A scene may ask for contact that is softer than usual, and for other tolerances.
 CertificateLimits certificate_limits(const micro::SnapshotHeader& header) {
   CertificateLimits limits;
   if (const std::optional<micro::Scene> scene = scene_of(header)) {
     limits.penetration = std::max(limits.penetration, scene->contact.target_penetration);
-    limits.imbalance = scene->solver.geometry_tolerance;
+    limits.imbalance = CertificateLimits::over_force_tolerance * scene->solver.force_tolerance;
   }
   return limits;
 }

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "micro/io/snapshot.h"
+#include "micro/states/snapshot.h"
 
 namespace trame::workflows {
 

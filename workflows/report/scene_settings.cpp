@@ -64,8 +64,7 @@ std::string contact_html(const micro::Scene& scene) {
                             {"coefficient", fmt::format("{:g}", contact.friction_coefficient)},
                             {"penetration", fmt::format("{:g}", 100 * contact.target_penetration)},
                             {"constant", !contact.adapt_penalty},
-                            {"force_tolerance", fmt::format("{:g}", scene.solver.force_tolerance)},
-                            {"geometry_tolerance", fmt::format("{:g}", scene.solver.geometry_tolerance)}});
+                            {"force_tolerance", fmt::format("{:g}", scene.solver.force_tolerance)}});
 }
 
 }  // namespace

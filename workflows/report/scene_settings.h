@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "micro/io/scene.h"
-#include "micro/io/snapshot.h"
+#include "micro/scene/scene.h"
+#include "micro/states/snapshot.h"
 
 namespace trame::workflows {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// \file
 /// States of fibers that no run of this program wrote: nodes of fibers from another code or from tomography.
-/// Layouts: micro/io/README.md, "Fiber nodes from elsewhere".
+/// Layouts: micro/states/README.md, "Fiber nodes from elsewhere".
 
 #include <filesystem>
 #include <functional>

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "micro/core/text.h"
-#include "micro/io/hdf5.h"
+#include "micro/states/hdf5.h"
 #include "workflows/strains/fiber_nodes.h"
 
 namespace trame::workflows {

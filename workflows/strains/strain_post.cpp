@@ -51,7 +51,7 @@ void define(CLI::App& app, Arguments& arguments) {
       "sections.csv, continuum.csv (may the yarns be taken as continua?) and\n"
       "report.html. With --every, yarns.pvd and strains.csv hold all states, the others compare A with B. Strains are\n"
       "Green-Lagrange, from state A to state B, in the yarn frame of A: axial along the fibers, vertical along z made\n"
-      "normal to it, horizontal across. Meshes belong to the first state. Layouts of files: micro/io/README.md.\n" +
+      "normal to it, horizontal across. Meshes belong to the first state. Layouts of files: micro/states/README.md.\n" +
       std::string(exit_codes_text));
   app.add_option(
          "states", arguments.states,

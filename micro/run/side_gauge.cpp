@@ -1,0 +1,49 @@
+#include "micro/run/side_gauge.h"
+
+#include <algorithm>
+#include <string>
+
+namespace trame::micro {
+
+SideGauge::SideGauge(const Assembly& assembly) : present_(!assembly.crossings.empty()) {
+  const auto& names = assembly.body_names;
+  for (const std::string family : {"warp", "weft"}) {
+    const auto find = [&](const std::string& name) {
+      return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
+    sides_.push_back({find("side/" + family + "/start"), find("side/" + family + "/end"), {}, {}});
+    for (std::size_t b = 0; b < names.size(); ++b)
+      if (names[b].starts_with(family + "/"))
+        (names[b].ends_with("/start") ? sides_.back().start_yarns : sides_.back().end_yarns)
+            .push_back(static_cast<Index>(b));
+  }
+}
+
+void SideGauge::begin_stage(const StageModel& model) {
+  if (!present_) return;
+  bool driven = false;
+  for (int d = 0; d < 2; ++d)
+    for (const Index b : {sides_[d].start, sides_[d].end})
+      driven = driven || model.drives[6 * b + d].kind != DofDrive::Kind::held;
+  if (!(driven && driven_))
+    for (int d = 0; d < 2; ++d) reference_[d] = distance(model, model.start, d);
+  driven_ = driven;
+}
+
+SideGauge::Reading SideGauge::read(const StageModel& model, const State& state) const {
+  Reading reading;
+  for (int d = 0; d < 2 && present_; ++d) {
+    reading.strain[d] = distance(model, state, d) / reference_[d] - 1;
+    double pull = 0;
+    for (const Index b : sides_[d].end_yarns) pull += model.ties->pull(state, b).first[d];
+    for (const Index b : sides_[d].start_yarns) pull -= model.ties->pull(state, b).first[d];
+    reading.force[d] = 0.5 * pull;
+  }
+  return reading;
+}
+
+double SideGauge::distance(const StageModel& model, const State& state, int d) const {
+  return model.bodies.pose(state, sides_[d].end).position[d] - model.bodies.pose(state, sides_[d].start).position[d];
+}
+
+}  // namespace trame::micro

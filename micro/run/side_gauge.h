@@ -1,0 +1,39 @@
+#pragma once
+/// \file
+/// Strains and forces of a woven patch, from its side bodies.
+
+#include <array>
+#include <vector>
+
+#include "micro/model.h"
+
+namespace trame::micro {
+
+/// Distances between and forces on the side bodies of a weave, along warp and weft. All zero without a weave.
+class SideGauge {
+ public:
+  explicit SideGauge(const Assembly& assembly);
+
+  /// Strains count from the start of the first stage that drives the sides after one that does not.
+  void begin_stage(const StageModel& model);
+
+  struct Reading {
+    std::array<double, 2> strain{};
+    std::array<double, 2> force{};  ///< mean of the pulls on both sides, natural units
+  };
+  [[nodiscard]] Reading read(const StageModel& model, const State& state) const;
+
+  void keep(Archive& archive) { archive(reference_[0], reference_[1], driven_); }
+
+ private:
+  struct Sides {
+    Index start, end;
+    std::vector<Index> start_yarns, end_yarns;
+  };
+  [[nodiscard]] double distance(const StageModel& model, const State& state, int d) const;
+  std::vector<Sides> sides_;
+  std::array<double, 2> reference_{};
+  bool present_ = false, driven_ = false;
+};
+
+}  // namespace trame::micro

@@ -1,0 +1,68 @@
+#include "micro/run/stage_settings.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace trame::micro {
+
+namespace {
+
+double smallest_radius(const StageModel& model) {
+  const auto& radius = model.field.mesh().radius;
+  return *std::min_element(radius.begin(), radius.end());
+}
+
+double force_tolerance(const SolverSettings& solver) {
+  return std::min(solver.force_tolerance, solver.geometry_tolerance);
+}
+
+/// What counts as far for each unknown vector: a radius for positions; where there is contact, a turn of a rod's
+/// tangent that moves the middle of an element by a radius; 1 for all others.
+std::vector<double> units_of_motion(const StageModel& model) {
+  const double radius = smallest_radius(model);
+  std::vector<double> units(model.layout.n_vectors(), 1.0);
+  for (Index j = 0; j < model.layout.n_nodes(); ++j) units[model.layout.first_vector(j)] = radius;
+  if (!model.contact) return units;
+  for (Index f = 0; f < model.field.mesh().n_fibers(); ++f) {
+    if (model.field.model(f) != FiberModel::rod) continue;
+    // Cubic Hermite functions of unit slopes at both ends reach a quarter of the element's length.
+    const double turn = std::min(1.0, 4 * radius / model.field.element_length(f));
+    for (Index n = model.field.element_node(f, 0); n <= model.field.last_node(f); ++n)
+      units[model.layout.first_vector(n) + 1] = turn;
+  }
+  return units;
+}
+
+}  // namespace
+
+NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std::function<bool()> stop) {
+  NewtonSettings settings{.force_tolerance = force_tolerance(scene.solver),
+                          .max_iterations = scene.solver.max_newton_iterations,
+                          .step_cap = scene.solver.step_cap,
+                          .precision = scene.solver.factor_precision,
+                          .damps_soft_modes = model.proximal == nullptr,
+                          .units = units_of_motion(model),
+                          .stop = std::move(stop)};
+  if (model.contact) settings.travel_cap = scene.contact.search_margin;
+  return settings;
+}
+
+LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, const StageModel& model) {
+  // Limits that follow forces that follow limits may go to and fro a little below that.
+  constexpr double over_force_tolerance = 100, least = 1e-6;
+  return {.n_increments = stage.n_increments,
+          .max_geometry_updates = scene.solver.max_geometry_updates,
+          .friction_tolerance = std::max(over_force_tolerance * force_tolerance(scene.solver), least),
+          .min_increment = scene.solver.min_increment,
+          .prediction_cap = scene.solver.step_cap * smallest_radius(model),
+          .may_take_whole_steps = !model.contact};
+}
+
+double tolerance_factor(const Stage& stage, double to) {
+  // Fibers that are still being damped are on their way, not in equilibrium.
+  constexpr double on_the_way = 1e3;
+  const bool is_damped = stage.proximal_start > 0 && (to < 1 || stage.proximal_end > 0);
+  return is_damped ? on_the_way : 1;
+}
+
+}  // namespace trame::micro

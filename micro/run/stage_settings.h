@@ -1,0 +1,16 @@
+#pragma once
+/// \file
+/// What a stage asks of the solver, from the scene's keys.
+
+#include <functional>
+
+#include "micro/model.h"
+
+namespace trame::micro {
+
+[[nodiscard]] NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std::function<bool()> stop);
+[[nodiscard]] LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, const StageModel& model);
+/// Tolerances of an increment to stage time `to` over those of equilibria.
+[[nodiscard]] double tolerance_factor(const Stage& stage, double to);
+
+}  // namespace trame::micro

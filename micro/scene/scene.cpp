@@ -1,0 +1,473 @@
+#include "micro/scene/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <string_view>
+
+#include "micro/core/error.h"
+#include "micro/core/text.h"
+#include "micro/scene/stages.h"
+#include "micro/scene/tables.h"
+#include "micro/scene/weave.h"
+
+namespace trame::micro {
+
+namespace {
+
+/// More is no scene, and reading it would take hundreds of times as much memory.
+constexpr std::size_t max_scene_bytes = 16'000'000;
+
+const Names tables = {"material", "fiber_type", "fiber",   "bundle",  "weave",
+                      "body",     "stage",      "effects", "contact", "solver"};
+
+/// The compliance of a transversely isotropic material is positive definite.
+void check_stability(const SceneValue& table, const Material& m) {
+  const double ratio = m.young_modulus_axial / m.young_modulus_transverse;
+  if (m.poisson_ratio_transverse + 2 * m.poisson_ratio_axial * m.poisson_ratio_axial / ratio >= 1)
+    table.find("poisson_ratio_transverse")
+        ->fail(
+            "must be less than 1 - 2 poisson_ratio_axial² young_modulus_transverse / young_modulus_axial, "
+            "or the material is unstable");
+}
+
+Material read_material(const SceneValue& table) {
+  Material material;
+  MaterialInput input;
+  const auto model = table.find("model");
+  const auto model_key = material_keys().front();
+  if (!model) table.fail_missing("model", model_key.allowed);
+  model_key.read(*model, input);
+  if (input.model == MaterialModel::isotropic) {
+    IsotropicInput isotropic;
+    read_table(table, isotropic_keys(), {"model"}, isotropic);
+    const double e = isotropic.young_modulus, nu = isotropic.poisson_ratio;
+    material = {"", e, e, e / (2 * (1 + nu)), nu, nu};
+  } else {
+    read_table(table, transversely_isotropic_keys(), {"model"}, material);
+    check_stability(table, material);
+  }
+  material.name = table.table_name();
+  return material;
+}
+
+FiberType read_fiber_type(const SceneValue& table, const Names& materials) {
+  FiberTypeInput input;
+  read_table(table, fiber_type_keys(materials), {}, input);
+  input.type.name = table.table_name();
+  input.type.radius = input.diameter / 2;
+  return input.type;
+}
+
+template <class T>
+Names names_of(const std::vector<T>& things) {
+  Names names;
+  for (const T& thing : things) names.push_back(thing.name);
+  return names;
+}
+
+void read_types(const SceneValue& root, Scene& scene) {
+  if (const auto materials = root.find("material"))
+    for (const SceneValue& table : materials->children()) scene.materials.push_back(read_material(table));
+  const Names materials = names_of(scene.materials);
+  if (const auto types = root.find("fiber_type"))
+    for (const SceneValue& table : types->children()) scene.fiber_types.push_back(read_fiber_type(table, materials));
+}
+
+void check_points(const SceneValue& table, const std::vector<Vec3>& points) {
+  const SceneValue value = *table.find("points");
+  constexpr std::size_t most = 1000;  // the spline through them solves with a full matrix
+  if (points.size() < 2 || points.size() > most)
+    value.fail(fmt::format("must be a list of at least two points, and at most {}", most));
+  for (std::size_t i = 1; i < points.size(); ++i)
+    if (points[i] == points[i - 1]) value.fail(fmt::format("points {} and {} must not coincide", i, i + 1));
+}
+
+void read_fibers(const SceneValue& root, Scene& scene, Names& known) {
+  const auto fibers = root.find("fiber");
+  if (!fibers) return;
+  for (const SceneValue& table : fibers->tables()) {
+    FiberSpec& fiber = scene.fibers.emplace_back();
+    read_table(table, fiber_keys(names_of(scene.fiber_types)), {}, fiber);
+    add_new_name(*table.find("name"), fiber.name, known);
+    check_points(table, fiber.points);
+    if (!fiber.section_axis) continue;
+    if (fiber.section_axis->cross(fiber.points[1] - fiber.points[0]).norm() <=
+        1e-6 * fiber.section_axis->norm() * (fiber.points[1] - fiber.points[0]).norm())
+      table.find("section_axis")->fail("must not be zero or along the fiber");
+  }
+}
+
+void read_bundles(const SceneValue& root, Scene& scene, Names& known) {
+  const auto bundles = root.find("bundle");
+  if (!bundles) return;
+  for (const SceneValue& table : bundles->tables()) {
+    BundleSpec& bundle = scene.bundles.emplace_back();
+    read_table(table, bundle_keys(names_of(scene.fiber_types)), {}, bundle);
+    add_new_name(*table.find("name"), bundle.name, known);
+    check_points(table, bundle.points);
+    if (bundle.n_layers > bundle.n_fibers) table.find("layers")->fail("must be at most the number of fibers");
+  }
+}
+
+/// A key of a table that may be absent.
+std::optional<SceneValue> find_in(const std::optional<SceneValue>& table, std::string_view name) {
+  return table ? table->find(name) : std::nullopt;
+}
+
+/// Fails for those of `names` that the table has: they belong to what is off.
+void refuse(const std::optional<SceneValue>& table, std::initializer_list<const char*> names,
+            const std::string& because) {
+  for (const char* name : names)
+    if (const auto value = find_in(table, name)) value->fail("has no effect, because " + because);
+}
+
+/// The same for keys that ask for something; those that say "false" do not.
+void refuse_asked(const std::optional<SceneValue>& table, std::initializer_list<const char*> names,
+                  const std::string& because) {
+  for (const char* name : names)
+    if (const auto value = find_in(table, name); value && value->boolean()) refuse(table, {name}, because);
+}
+
+void read_effects(const SceneValue& root, Scene& scene) {
+  ContactSettings& contact = scene.contact;
+  const auto effects = root.find("effects"), settings = root.find("contact"), solver = root.find("solver");
+  if (effects) read_table(*effects, effect_keys(), {}, scene);
+  for (const SceneValue& key : effects ? effects->children() : std::vector<SceneValue>())
+    scene.stated_effects.push_back(key.own_name());
+  if (contact.scope == ContactScope::none) {
+    const std::string because = "effects.contact is \"none\"";
+    refuse_asked(effects, {"self_contact", "friction", "adapt_penalty"}, because);
+    refuse(solver, {"max_geometry_updates", "geometry_tolerance"}, because);
+    contact.self_contact = contact.friction = contact.adapt_penalty = false;
+  }
+  if (settings) read_table(*settings, contact_keys(), {}, contact);
+  if (contact.scope == ContactScope::none)
+    for (const Key<ContactSettings>& key : contact_keys())
+      refuse(settings, {key.name.c_str()}, "effects.contact is \"none\"");
+  if (!contact.friction) refuse(settings, {"friction_coefficient", "reversible_slip"}, "effects.friction is false");
+  if (!contact.adapt_penalty) refuse(settings, {"target_penetration"}, "effects.adapt_penalty is false");
+}
+
+/// Friction that every stage switches off was not called for.
+void check_friction(const SceneValue& root, const Scene& scene) {
+  const auto rubs = [](const Stage& stage) { return stage.friction; };
+  if (!scene.contact.friction || scene.stages.empty() || std::any_of(scene.stages.begin(), scene.stages.end(), rubs))
+    return;
+  const std::string because = "every stage has friction = false";
+  refuse_asked(root.find("effects"), {"friction"}, because);
+  refuse(root.find("contact"), {"friction_coefficient", "reversible_slip"}, because);
+}
+
+/// Whether fibers of a type are enriched beams in any stage.
+bool is_ever_enriched(const Scene& scene, Index type) {
+  const FiberModel model = scene.fiber_types[type].model;
+  const auto enriched = [&](const Stage& s) { return s.fiber_model.value_or(model) == FiberModel::enriched; };
+  if (scene.stages.empty()) return model == FiberModel::enriched;
+  return std::any_of(scene.stages.begin(), scene.stages.end(), enriched);
+}
+
+/// What only enriched beams have is an error without them.
+void check_enriched_only(const SceneValue& root, const Scene& scene) {
+  const std::vector<Index> types = fiber_types_in_use(scene);
+  if (std::none_of(types.begin(), types.end(), [&](Index type) { return is_ever_enriched(scene, type); }))
+    refuse_asked(root.find("effects"), {"twist_stretch"}, "no fiber is of the enriched model in any stage");
+  if (scene.fibers.empty()) return;
+  const std::vector<SceneValue> fibers = root.find("fiber")->tables();
+  for (std::size_t i = 0; i < scene.fibers.size(); ++i)
+    if (!is_ever_enriched(scene, scene.fibers[i].type))
+      refuse(fibers[i], {"section_axis"}, "this fiber is of the enriched model in no stage");
+}
+
+/// Nodes are counted in 32 bits, and so are their dofs. Counted in floating point, which cannot overflow here.
+void check_size(const SceneValue& root, const Scene& scene) {
+  double n_nodes = 0;
+  const auto add = [&](double n_fibers, Index n_elements) { n_nodes += n_fibers * (2.0 * n_elements + 1); };
+  for (const FiberSpec& fiber : scene.fibers) add(1, fiber.n_elements);
+  for (const BundleSpec& bundle : scene.bundles) add(bundle.n_fibers, bundle.n_elements);
+  if (scene.weave)
+    for (const YarnSystem& system : {scene.weave->warp, scene.weave->weft})
+      add(static_cast<double>(system.n_yarns) * system.n_fibers, system.n_elements);
+  constexpr double most_nodes = 1e8;
+  if (n_nodes == 0) root.fail("must have at least one [[fiber]], [[bundle]] or a [weave]");
+  if (n_nodes > most_nodes) root.fail(fmt::format("{:.0f} nodes; must be at most {:.0f}", n_nodes, most_nodes));
+}
+
+/// Fibers of one table: their type and length.
+struct FiberKind {
+  Index type = 0;
+  double length = 0;
+};
+
+std::vector<FiberKind> fiber_kinds(const Scene& scene) {
+  std::vector<FiberKind> kinds;
+  const auto add = [&](Index type, const std::vector<Vec3>& points) {
+    double length = 0;
+    for (std::size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).stableNorm();
+    kinds.push_back({type, length});
+  };
+  for (const FiberSpec& fiber : scene.fibers) add(fiber.type, fiber.points);
+  for (const BundleSpec& bundle : scene.bundles) add(bundle.type, bundle.points);
+  if (!scene.weave) return kinds;
+  const auto add_yarns = [&](const YarnSystem& yarns, const YarnSystem& across) {
+    kinds.push_back({yarns.type, (across.n_yarns - 1) * across.yarn_spacing + 2 * yarns.margin});
+  };
+  add_yarns(scene.weave->warp, scene.weave->weft);
+  add_yarns(scene.weave->weft, scene.weave->warp);
+  return kinds;
+}
+
+/// The modulus of a material that is largest, by its key.
+SceneValue largest_modulus(const SceneValue& root, const Material& m) {
+  const SceneValue table = *root.find("material")->find(m.name);
+  if (const auto only = table.find("young_modulus")) return *only;
+  const double most = std::max({m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial});
+  return *table.find(most == m.young_modulus_axial        ? "young_modulus_axial"
+                     : most == m.young_modulus_transverse ? "young_modulus_transverse"
+                                                          : "shear_modulus_axial");
+}
+
+/// What double precision can bear. Ties are 10³ times as stiff as their fibers, and know forces to 10⁻¹⁶ of that
+/// stiffness times coordinates: about 10⁻¹³ E A of the stiffest fiber. Forces that bend the softest one, E I/L², must
+/// not drown in that. Measured for two crossing fibers: contact forces are right to 3·10⁻⁵ at a ratio of 1.4·10¹⁰, to
+/// 2·10⁻³ at 1.4·10¹¹, and to 7 % at 1.4·10¹².
+void check_stiffness(const SceneValue& root, const Scene& scene) {
+  constexpr double bearable = 11;  // decades
+  struct Force {
+    double force, modulus, radius;  // decades of N, Pa, m; they may be far beyond what a double holds
+    Index type;
+  };
+  std::optional<Force> hard, soft;
+  for (const auto& [t, length] : fiber_kinds(scene)) {
+    const FiberType& type = scene.fiber_types[t];
+    const Material& m = scene.materials[type.material];
+    const double r = std::log10(type.radius), slenderness = std::max(0.0, std::log10(length) - r);
+    const auto [least, most] = std::minmax({m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial});
+    // All but for π.
+    const Force pulled{std::log10(most) + 2 * r, std::log10(most), r, t},
+        bent{std::log10(m.young_modulus_axial / 4) + 2 * r - 2 * slenderness, std::log10(m.young_modulus_axial), r, t},
+        squeezed{std::log10(least) + 2 * r, std::log10(least), r, t};
+    if (!hard || pulled.force > hard->force) hard = pulled;
+    for (const Force& force : {bent, squeezed})
+      if (!soft || force.force < soft->force) soft = force;
+  }
+  const double ratio = hard->force - soft->force, excess = ratio - bearable;
+  if (!(excess > 0)) return;
+  const std::string
+      times = ratio < 300 ? fmt::format("{:.1e}", std::pow(10, ratio)) : fmt::format("1e{:.0f}", ratio),
+      complaint = fmt::format(
+          "E A of fiber_type.{} would be {} times the least force of fiber_type.{} (E I/L^2, L: length; or the softest "
+          "modulus times its section), and double precision bears 1e{:.0f}; must be ",
+          scene.fiber_types[hard->type].name, times, scene.fiber_types[soft->type].name, bearable);
+  // Whichever has the largest share.
+  const double by_modulus = hard->modulus - soft->modulus, by_radius = 2 * (hard->radius - soft->radius);
+  const auto diameter = [&](Index type) {
+    return *root.find("fiber_type")->find(scene.fiber_types[type].name)->find("diameter");
+  };
+  if (by_modulus >= std::max(by_radius, ratio - by_modulus - by_radius))
+    largest_modulus(root, scene.materials[scene.fiber_types[hard->type].material])
+        .fail(fmt::format("{}at most {:.2g} Pa", complaint, std::pow(10, hard->modulus - excess)));
+  if (by_radius >= ratio - by_modulus - by_radius)
+    diameter(hard->type)
+        .fail(fmt::format("{}at most {:.2g} m", complaint, 2 * std::pow(10, hard->radius - excess / 2)));
+  diameter(soft->type)
+      .fail(fmt::format("{}at least {:.2g} m at this length", complaint,
+                        2 * std::pow(10, soft->radius + excess / (hard->type == soft->type ? 2 : 4))));
+}
+
+/// Lengths of a scene against the radius of its thinnest fiber, loads against its stiffest one: what double precision
+/// can bear at once, beside `check_stiffness`.
+class Proportions {
+ public:
+  Proportions(const SceneValue& root, const Scene& scene) : root_(root) {
+    for (const Index type : fiber_types_in_use(scene)) {
+      const FiberType& t = scene.fiber_types[type];
+      const Material& m = scene.materials[t.material];
+      smallest_radius_ = std::min(smallest_radius_, t.radius);
+      largest_radius_ = std::max(largest_radius_, t.radius);
+      for (const double e : {m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial})
+        largest_modulus_ = std::max(largest_modulus_, e);
+    }
+  }
+
+  void check() const {
+    for (const char* list : {"fiber", "bundle"})
+      if (const auto tables = root_.find(list))
+        for (const SceneValue& table : tables->tables()) check_line(table);
+    if (const auto weave = root_.find("weave"))
+      for (const char* family : {"warp", "weft"})
+        for (const char* key : {"yarn_spacing", "margin"})
+          check_length(*weave->find(family)->find(key), weave->find(family)->find(key)->quantity(length, any()));
+    if (const auto bodies = root_.find("body"))
+      for (const SceneValue& table : bodies->tables())
+        if (const auto position = table.find("position")) check_length(*position, largest(position->vector(length)));
+    if (const auto stages = root_.find("stage"))
+      for (const SceneValue& table : stages->tables())
+        if (const auto drives = table.find("drive"))
+          for (const SceneValue& drive : drives->tables()) check_drive(drive);
+  }
+
+ private:
+  static constexpr double most_radii = 1e8, least_radii = 1e-5, most_loads = 1e6;
+
+  static double largest(const Vec3& v) { return v.cwiseAbs().maxCoeff(); }
+
+  void check_length(const SceneValue& value, double size) const {
+    if (std::abs(size) > most_radii * smallest_radius_)
+      value.fail(fmt::format("must be at most {:g} m, {:g} radii of the thinnest fiber", most_radii * smallest_radius_,
+                             most_radii));
+  }
+  void check_line(const SceneValue& table) const {
+    const SceneValue points = *table.find("points");
+    double along = 0;
+    std::optional<Vec3> last;
+    for (const SceneValue& entry : points.items("")) {
+      const Vec3 point = entry.vector(length);
+      check_length(points, largest(point));
+      if (last) along += (point - *last).norm();
+      last = point;
+    }
+    const SceneValue elements = *table.find("elements");
+    const double of_an_element = along / elements.integer(any());
+    if (of_an_element < least_radii * smallest_radius_)
+      elements.fail(fmt::format("elements of {:g} m; must be at least {:g} m, {:g} radii", of_an_element,
+                                least_radii * smallest_radius_, least_radii));
+  }
+  void check_drive(const SceneValue& drive) const {
+    const auto is_text = [](const SceneValue& dof) { return dof.text().starts_with('r'); };
+    const auto dof = drive.find("dof");
+    const std::vector<SceneValue> dofs = dof->is_list() ? dof->items("") : std::vector<SceneValue>{*dof};
+    const bool turns = std::any_of(dofs.begin(), dofs.end(), is_text);
+    if (const auto displacement = drive.find("displacement"); displacement && !turns)
+      check_length(*displacement, displacement->quantity(length, any()));
+    const double most_force = most_loads * largest_modulus_ * largest_radius_ * largest_radius_;
+    if (const auto pull = drive.find("force"); pull && !turns && std::abs(pull->quantity(force, any())) > most_force)
+      pull->fail(fmt::format("must be at most {:g} N, {:g} E R² of the stiffest fiber", most_force, most_loads));
+    const double most_moment = most_loads * largest_modulus_ * std::pow(largest_radius_, 3);
+    if (const auto turn = drive.find("force"); turn && turns && std::abs(turn->quantity(moment, any())) > most_moment)
+      turn->fail(fmt::format("must be at most {:g} N m, {:g} E R³ of the stiffest fiber", most_moment, most_loads));
+    constexpr double most_strain = 1e3;
+    if (const auto strain = drive.find("strain"); strain && std::abs(strain->quantity(ratio, any())) > most_strain)
+      strain->fail(fmt::format("must be at most {:g}", most_strain));
+  }
+
+  const SceneValue& root_;
+  double smallest_radius_ = std::numeric_limits<double>::infinity(), largest_radius_ = 0, largest_modulus_ = 0;
+};
+
+Scene read_root(const SceneValue& root) {
+  Scene scene;
+  read_table(root, scene_keys(), tables, scene);
+  read_types(root, scene);
+  if (const auto weave = root.find("weave")) scene.weave = read_weave(*weave, scene);
+  Names known = scene.weave ? yarn_names(*scene.weave) : Names();
+  read_fibers(root, scene, known);
+  read_bundles(root, scene, known);
+  check_size(root, scene);
+  check_stiffness(root, scene);
+  read_bodies(root, scene);
+  read_effects(root, scene);
+  read_stages(root, scene);
+  check_friction(root, scene);
+  check_enriched_only(root, scene);
+  if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);
+  Proportions(root, scene).check();
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Index> fiber_types_in_use(const Scene& scene) {
+  std::set<Index> types;
+  if (scene.weave) types = {scene.weave->warp.type, scene.weave->weft.type};
+  for (const FiberSpec& fiber : scene.fibers) types.insert(fiber.type);
+  for (const BundleSpec& bundle : scene.bundles) types.insert(bundle.type);
+  return {types.begin(), types.end()};
+}
+
+namespace {
+
+/// A key of tens of thousands of parts would make tables within tables until the stack is full.
+void check_key_depth(const std::string& toml, const std::string& origin) {
+  constexpr int most_parts = 16;  // ours have 3
+  constexpr std::string_view key_ends = "\n=,{}[]";
+  int n_dots = 0;
+  std::size_t line = 1;
+  for (std::size_t i = 0; i < toml.size(); ++i) {
+    const char c = toml[i];
+    if (c == '#') {
+      i = std::min(toml.find('\n', i), toml.size()) - 1;
+    } else if (c == '"' || c == '\'') {
+      const std::string quotes = toml.compare(i, 3, std::string(3, c)) == 0 ? std::string(3, c) : std::string(1, c);
+      std::size_t end = i + quotes.size();
+      while (end < toml.size() && toml.compare(end, quotes.size(), quotes) != 0 &&
+             (quotes.size() == 3 || toml[end] != '\n'))
+        end += c == '"' && toml[end] == '\\' ? 2 : 1;
+      line += static_cast<std::size_t>(
+          std::count(toml.begin() + static_cast<std::ptrdiff_t>(i),
+                     toml.begin() + static_cast<std::ptrdiff_t>(std::min(end, toml.size())), '\n'));
+      i = toml.compare(end < toml.size() ? end : toml.size(), quotes.size(), quotes) == 0 ? end + quotes.size() - 1
+                                                                                          : end - 1;
+    } else if (c == '.') {
+      if (++n_dots >= most_parts)
+        throw InputError(fmt::format("{}: line {}: a key of more than {} parts; those of a scene have at most 3",
+                                     origin, line, most_parts));
+    } else if (key_ends.find(c) != key_ends.npos) {
+      n_dots = 0;
+      line += c == '\n' ? 1 : 0;
+    }
+  }
+}
+
+/// TOML has no control characters but tabs and ends of lines; the library is not sure of itself where it meets them.
+void check_control_characters(const std::string& toml, const std::string& origin) {
+  const auto bad = std::find_if(toml.begin(), toml.end(), [](unsigned char c) {
+    return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f;
+  });
+  if (bad != toml.end())
+    throw InputError(fmt::format("{}: line {}: a control character, \"{}\"", origin,
+                                 1 + std::count(toml.begin(), bad, '\n'), printable(std::string(1, *bad))));
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& toml, const std::string& origin) {
+  if (toml.size() > max_scene_bytes)
+    throw InputError(fmt::format("{}: {} bytes; a scene has at most {}", origin, toml.size(), max_scene_bytes));
+  check_control_characters(toml, origin);
+  check_key_depth(toml, origin);
+  toml::table table;
+  try {
+    table = toml::parse(toml, origin);
+  } catch (const toml::parse_error& error) {
+    throw InputError(fmt::format("{}: line {}: {}", origin, error.source().begin.line, printable(error.description())));
+  }
+  const SceneValue root(table, origin);
+  Scene scene;
+  try {
+    scene = read_root(root);
+  } catch (const InputError& error) {
+    root.fail_for_noted(error.what());
+  }
+  root.fail_for_noted();
+  scene.name = made_name(std::filesystem::path(origin).stem().string());
+  scene.text = toml;
+  return scene;
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+  if (std::filesystem::is_directory(file))
+    throw InputError(fmt::format("{}: is a folder; must be a scene in TOML", file.string()));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(fmt::format("{}: cannot be read; must be a scene in TOML", file.string()));
+  std::string text(max_scene_bytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return parse_scene(text, file.filename().string());
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,187 @@
+#pragma once
+/// \file
+/// A scene: what is simulated, as checked structs in SI units. `read_scene` turns TOML into one.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "micro/core/types.h"
+#include "micro/fiber/fiber_model.h"
+#include "micro/rigid/body_dof.h"
+
+namespace trame::micro {
+
+struct FiberType {
+  std::string name;
+  Index material = 0;  ///< index into Scene::materials
+  double radius = 0;   ///< R, m
+  FiberModel model = FiberModel::enriched;
+
+  bool operator==(const FiberType&) const = default;
+};
+
+/// A single fiber along points (cubic spline through them, a parabola for three, straight for two), free of stress in
+/// that shape as an enriched beam; rods are straight at rest.
+struct FiberSpec {
+  std::string name;
+  Index type = 0;            ///< index into Scene::fiber_types
+  std::vector<Vec3> points;  ///< at least two, m
+  Index n_elements = 0;
+  std::optional<Vec3> section_axis;  ///< direction of g₁ at the start (made normal to the fiber); default: z
+
+  bool operator==(const FiberSpec&) const = default;
+};
+
+/// A bundle: fibers packed on a hexagonal lattice around a line through points, turned `twist` times over its length.
+struct BundleSpec {
+  std::string name;
+  Index type = 0;
+  std::vector<Vec3> points;  ///< at least two, m
+  Index n_elements = 0;      ///< per fiber
+  Index n_fibers = 0;
+  Index n_layers = 0;             ///< fibers stacked in z of the section; 0: as round as it gets
+  double lattice_spacing = 1.05;  ///< centre distance in fiber diameters, ≥ 1
+  double twist = 0;               ///< turns over the whole length; geometry is free of stress
+
+  bool operator==(const BundleSpec&) const = default;
+};
+
+/// The warp or the weft yarns of a weave.
+struct YarnSystem {
+  Index type = 0;  ///< index into Scene::fiber_types
+  Index n_yarns = 0;
+  Index n_fibers = 0;             ///< per yarn
+  Index n_layers = 0;             ///< fibers of a yarn stacked through its height; 0: as round as it gets
+  Index n_elements = 0;           ///< per fiber
+  double yarn_spacing = 0;        ///< distance between neighbouring yarns (1/sett), m
+  double margin = 0;              ///< yarn length beyond the outermost crossing yarn's axis, m
+  double lattice_spacing = 1.05;  ///< centre distance of fibers in the flat yarn, in fiber diameters, ≥ 1
+
+  bool operator==(const YarnSystem&) const = default;
+};
+
+/// Warp yarns run along x, weft yarns along y, z is the thickness direction; the patch is centred on the origin.
+/// `warp_above[i][j]` is true where warp yarn j passes above weft yarn i.
+struct Weave {
+  std::vector<std::vector<bool>> warp_above;  ///< weft n_yarns × warp n_yarns
+  YarnSystem warp, weft;
+
+  bool operator==(const Weave&) const = default;
+};
+
+/// How fiber ends follow a body: position and section of each; or, so that fibers may rearrange, section and position
+/// along its own reference tangent of each and across it only the mean position of all.
+enum class TieKind : std::uint8_t { clamped, average };
+
+struct Tie {
+  std::string fibers;  ///< name of a fiber, bundle or yarn, with * and ? as wildcards
+  FiberEnd end = FiberEnd::start;
+  TieKind kind = TieKind::clamped;
+
+  bool operator==(const Tie&) const = default;
+};
+
+/// A rigid body. A weave makes its own: "warp/1/start" … for yarn ends, "side/warp/start" … for patch sides.
+struct BodySpec {
+  std::string name;
+  Vec3 position = Vec3::Zero();  ///< m
+  std::vector<Tie> ties;
+
+  bool operator==(const BodySpec&) const = default;
+};
+
+/// What drives a dof of some bodies through a stage. Ramps are linear over the stage.
+enum class DriveMode : std::uint8_t {
+  displacement,  ///< value reached at the stage's end, counted from its start (m, or rad for rotations)
+  force,         ///< force or moment reached at the end, from the reaction found at the start (N, N m)
+  strain,        ///< displacement = value × the body's coordinate along the dof at the stage's start
+  follow         ///< moves with the rigid motion of `leader` since the stage's start
+};
+
+struct Drive {
+  std::string bodies;  ///< name with * and ? as wildcards
+  BodyDof dof = BodyDof::x;
+  DriveMode mode = DriveMode::displacement;
+  double value = 0;
+  std::string leader;  ///< for follow
+
+  bool operator==(const Drive&) const = default;
+};
+
+/// A stretch of the load path. Body dofs that no drive names are held where they are.
+struct Stage {
+  std::string name;
+  Index n_increments = 10;  ///< wanted; steps are cut where they fail
+  std::vector<Drive> drives;
+  bool separate_yarns = false;  ///< crossing order imposed with vertical normals (weaves only)
+  bool friction = true;
+  double proximal_start = 0;  ///< η at the start, in units of E A / L of a fiber, per node
+  double proximal_end = 0;    ///< η at the end; falls geometrically; a zero end is zero on the last increment
+  std::optional<FiberModel> fiber_model;  ///< model of every fiber in this stage, instead of its type's
+  Index save_every = 1;                   ///< increments between saved states; the last one is always saved
+
+  bool operator==(const Stage&) const = default;
+};
+
+enum class ContactScope : std::uint8_t { all, between_yarns, none };
+
+struct ContactSettings {
+  ContactScope scope = ContactScope::all;
+  bool self_contact = false;
+  bool friction = true;
+  double friction_coefficient = 0.2;  ///< µ
+  double reversible_slip = 0.05;      ///< u_rev / R, elastic slip before sliding
+  double spacing = 0.5;               ///< distance of contact elements along fibers, in element lengths
+  double search_margin = 0.5;         ///< gap up to which contact elements are made, in R
+  double target_penetration = 0.01;   ///< in R
+  bool adapt_penalty = true;          ///< zone by zone, toward the target penetration
+  double regularisation = 0.1;        ///< penetration at which the quadratic penalty goes over to a linear one, in R
+  double penalty = 0.02;  ///< starting stiffness per length, in units of the softer fiber's transverse modulus
+
+  bool operator==(const ContactSettings&) const = default;
+};
+
+struct SolverSettings {
+  double force_tolerance = 1e-6;  ///< residual norm over that of the forces that fibers get from outside
+  Index max_newton_iterations = 40;
+  Index max_geometry_updates = 12;  ///< times that contacts found anew may undo an equilibrium, in an increment
+  double geometry_tolerance = 1;    ///< of scenes for earlier versions, which had two: the smaller one counts
+  double step_cap = 0.5;  ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
+  FactorPrecision factor_precision = FactorPrecision::double_precision;
+  double min_increment = 1e-4;  ///< smallest fraction of a stage before the solver gives up
+
+  bool operator==(const SolverSettings&) const = default;
+};
+
+struct Scene {
+  std::string name;  ///< file name without ending
+  std::string title;
+  std::string text;  ///< the TOML as read, stored with the results
+  std::vector<Material> materials;
+  std::vector<FiberType> fiber_types;
+  std::vector<FiberSpec> fibers;
+  std::vector<BundleSpec> bundles;
+  std::optional<Weave> weave;
+  std::vector<BodySpec> bodies;
+  std::vector<Stage> stages;
+  bool twist_stretch = true;                ///< E_ss terms quadratic in ξ, of enriched beams
+  std::vector<std::string> stated_effects;  ///< keys that [effects] has; the others hold for want of a word
+  ContactSettings contact;
+  SolverSettings solver;
+};
+
+/// Reads and checks a scene. Throws InputError that names file, key, value and what is allowed.
+[[nodiscard]] Scene read_scene(const std::filesystem::path& file);
+
+/// The same for TOML text; `origin` stands for the file name in messages.
+[[nodiscard]] Scene parse_scene(const std::string& toml, const std::string& origin);
+
+/// The fiber types that fibers of the scene are of, ascending.
+[[nodiscard]] std::vector<Index> fiber_types_in_use(const Scene& scene);
+
+/// Every key of a scene with unit, default, range and meaning, as text for a terminal.
+[[nodiscard]] std::string scene_schema();
+
+}  // namespace trame::micro

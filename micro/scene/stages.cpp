@@ -1,0 +1,168 @@
+#include "micro/scene/stages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "micro/scene/tables.h"
+#include "micro/scene/weave.h"
+
+namespace trame::micro {
+
+void add_new_name(const SceneValue& named, const std::string& name, std::vector<std::string>& known) {
+  if (std::find(known.begin(), known.end(), name) != known.end())
+    named.fail(fmt::format("must be a name of its own, but \"{}\" is taken", name));
+  known.push_back(name);
+}
+
+namespace {
+
+/// Everything that a tie can name.
+Names tieable_names(const Scene& scene) {
+  Names names = scene.weave ? yarn_names(*scene.weave) : Names();
+  for (const FiberSpec& fiber : scene.fibers) names.push_back(fiber.name);
+  for (const BundleSpec& bundle : scene.bundles) names.push_back(bundle.name);
+  return names;
+}
+
+Names body_names(const Scene& scene) {
+  Names names = scene.weave ? weave_body_names(*scene.weave) : Names();
+  for (const BodySpec& body : scene.bodies) names.push_back(body.name);
+  return names;
+}
+
+}  // namespace
+
+void read_bodies(const SceneValue& root, Scene& scene) {
+  const auto bodies = root.find("body");
+  if (!bodies) return;
+  const Names fibers = tieable_names(scene);
+  Names known = body_names(scene);
+  std::set<std::pair<std::string, FiberEnd>> tied;
+  for (const SceneValue& table : bodies->tables()) {
+    BodySpec body;
+    read_table(table, body_keys(), {"tie"}, body);
+    add_new_name(*table.find("name"), body.name, known);
+    const auto ties = table.find("tie");
+    for (const SceneValue& entry : ties ? ties->tables() : std::vector<SceneValue>()) {
+      Tie& tie = body.ties.emplace_back();
+      read_table(entry, tie_keys(fibers), {}, tie);
+      for (const std::string& fiber : fibers)
+        if (matches(tie.fibers, fiber) && !tied.emplace(fiber, tie.end).second)
+          entry.find("fibers")->fail(fmt::format("this end of \"{}\" must not be tied twice", fiber));
+    }
+    scene.bodies.push_back(std::move(body));
+  }
+}
+
+namespace {
+
+/// The one of the four modes that a drive names, read in the measure of the dof.
+Drive make_drive(const SceneValue& table, const DriveInput& input, const std::string& bodies, BodyDof dof) {
+  Drive drive{bodies, dof, DriveMode::displacement, 0, ""};
+  const auto translations_only = [&](const char* mode) {
+    if (is_rotation(dof))
+      table.find(mode)->fail("is for the dofs x, y and z; rotations must have a displacement or a force");
+  };
+  const int n_modes =
+      input.displacement.has_value() + input.force.has_value() + input.strain.has_value() + input.follow.has_value();
+  if (n_modes != 1) table.fail("must have exactly one of \"displacement\", \"force\", \"strain\" and \"follow\"");
+  if (input.displacement) {
+    drive.value = input.displacement->quantity(displacement_measure(dof), any());
+  } else if (input.force) {
+    drive.mode = DriveMode::force;
+    drive.value = input.force->quantity(force_measure(dof), any());
+  } else if (input.strain) {
+    translations_only("strain");
+    drive.mode = DriveMode::strain;
+    drive.value = *input.strain;
+  } else {
+    translations_only("follow");
+    drive.mode = DriveMode::follow;
+    drive.leader = *input.follow;
+  }
+  return drive;
+}
+
+/// Whether `follower` is reached from `leader` along leaders of leaders.
+bool leads_back(const std::multimap<std::string, std::string>& leaders, const std::string& follower,
+                const std::string& leader) {
+  Names open = {leader};
+  std::set<std::string> seen;
+  while (!open.empty()) {
+    const std::string body = open.back();
+    open.pop_back();
+    if (body == follower) return true;
+    if (!seen.insert(body).second) continue;
+    const auto [first, last] = leaders.equal_range(body);
+    for (auto it = first; it != last; ++it) open.push_back(it->second);
+  }
+  return false;
+}
+
+/// What the drives of a stage read so far do to each body.
+struct Driven {
+  std::set<std::pair<std::string, BodyDof>> dofs;
+  std::multimap<std::string, std::string> leaders;
+};
+
+void check_drive(const SceneValue& table, const Drive& drive, const Names& body_names, Driven& driven) {
+  for (const std::string& body : body_names) {
+    if (!matches(drive.bodies, body)) continue;
+    if (!driven.dofs.emplace(body, drive.dof).second)
+      table.find("bodies")->fail(fmt::format("a dof of \"{}\" must not be driven twice in a stage", body));
+    if (drive.mode != DriveMode::follow) continue;
+    if (leads_back(driven.leaders, body, drive.leader))
+      table.find("follow")->fail(fmt::format("\"{}\" must not follow itself", body));
+    driven.leaders.emplace(body, drive.leader);
+  }
+}
+
+void read_drives(const SceneValue& stage_table, const Names& body_names, Stage& stage) {
+  const auto drives = stage_table.find("drive");
+  if (!drives) return;
+  Driven driven;
+  for (const SceneValue& table : drives->tables()) {
+    DriveInput input;
+    read_table(table, drive_keys(body_names), {}, input);
+    for (const std::string& bodies : input.bodies)
+      for (const BodyDof dof : input.dofs) {
+        stage.drives.push_back(make_drive(table, input, bodies, dof));
+        check_drive(table, stage.drives.back(), body_names, driven);
+      }
+  }
+}
+
+/// What a stage asks for must go with the rest of the scene.
+void check_stage(const SceneValue& table, const Scene& scene, const Stage& stage) {
+  if (stage.separate_yarns && !scene.weave) table.find("separate_yarns")->fail("needs a [weave]");
+  if (stage.separate_yarns && scene.contact.scope == ContactScope::none)
+    table.find("separate_yarns")
+        ->fail("needs contact, or yarns would pass through each other again, but effects.contact is \"none\"");
+  if (const auto friction = table.find("friction"); friction && stage.friction && !scene.contact.friction)
+    friction->fail("has no effect, because friction is off for the scene");
+  if (stage.proximal_end > 0 && stage.proximal_start == 0)
+    table.find("proximal_end")->fail("needs a proximal_start greater than 0, because damping changes geometrically");
+}
+
+}  // namespace
+
+void read_stages(const SceneValue& root, Scene& scene) {
+  const auto stages = root.find("stage");
+  if (!stages) return;
+  const Names bodies = body_names(scene);
+  Names known;
+  for (const SceneValue& table : stages->tables()) {
+    Stage stage;
+    read_table(table, stage_keys(), {"drive"}, stage);
+    add_new_name(*table.find("name"), stage.name, known);
+    check_stage(table, scene, stage);
+    stage.friction = stage.friction && scene.contact.friction;
+    read_drives(table, bodies, stage);
+    scene.stages.push_back(std::move(stage));
+  }
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,19 @@
+#pragma once
+/// \file
+/// Parts of reading a scene: its bodies with their ties, and its stages with their drives.
+
+#include "micro/scene/scene.h"
+#include "micro/scene/value.h"
+
+namespace trame::micro {
+
+/// Fails for a name that `known` holds already, else adds it.
+void add_new_name(const SceneValue& named, const std::string& name, std::vector<std::string>& known);
+
+/// Fills scene.bodies from [[body]]. Needs the fibers, bundles and the weave.
+void read_bodies(const SceneValue& root, Scene& scene);
+
+/// Fills scene.stages from [[stage]]. Needs the bodies and the effects.
+void read_stages(const SceneValue& root, Scene& scene);
+
+}  // namespace trame::micro

@@ -1,0 +1,225 @@
+#include "micro/scene/tables.h"
+
+#include "micro/scene/weave.h"
+
+namespace trame::micro {
+
+namespace {
+
+Kind<FiberModel> fiber_model() {
+  return choice<FiberModel>({{"enriched", FiberModel::enriched}, {"rod", FiberModel::rod}});
+}
+
+Kind<std::vector<Vec3>> points() { return list(vector(length)); }
+
+}  // namespace
+
+std::vector<Key<Scene>> scene_keys() {
+  return {key<Scene>("title", &Scene::title, free_text(), "what the scene shows").otherwise("default: none")};
+}
+
+std::vector<Key<MaterialInput>> material_keys() {
+  const auto model = choice<MaterialModel>(
+      {{"isotropic", MaterialModel::isotropic}, {"transversely_isotropic", MaterialModel::transversely_isotropic}});
+  return {key<MaterialInput>("model", &MaterialInput::model, model, "elastic symmetry; decides on the other keys")
+              .needed()};
+}
+
+std::vector<Key<IsotropicInput>> isotropic_keys() {
+  using T = IsotropicInput;
+  return {key<T>("young_modulus", &T::young_modulus, quantity(pressure, above(0)), "E").needed(),
+          key<T>("poisson_ratio", &T::poisson_ratio, number(inside(-1, 0.5)), "ν").needed()};
+}
+
+std::vector<Key<Material>> transversely_isotropic_keys() {
+  using T = Material;
+  const auto modulus = quantity(pressure, above(0));
+  return {key<T>("young_modulus_axial", &T::young_modulus_axial, modulus, "E_L, along the fiber").needed(),
+          key<T>("young_modulus_transverse", &T::young_modulus_transverse, modulus, "E_T, across the fiber").needed(),
+          key<T>("shear_modulus_axial", &T::shear_modulus_axial, modulus, "G_LT").needed(),
+          key<T>("poisson_ratio_axial", &T::poisson_ratio_axial, number(inside(-1, 0.5)),
+                 "ν_LT, transverse contraction under axial tension")
+              .needed(),
+          key<T>("poisson_ratio_transverse", &T::poisson_ratio_transverse, number(inside(-1, 1)),
+                 "ν_TT, within the section; ν_TT + 2 ν_LT² E_T/E_L must be less than 1")
+              .needed()};
+}
+
+std::vector<Key<FiberTypeInput>> fiber_type_keys(const Names& materials) {
+  using T = FiberTypeInput;
+  return {key<T>(
+              "material", [](auto& t) -> auto& { return t.type.material; }, reference("a material", materials),
+              "[material.NAME]")
+              .needed(),
+          key<T>("diameter", &T::diameter, quantity(length, above(0)), "of the circular section").needed(),
+          key<T>(
+              "model", [](auto& t) -> auto& { return t.type.model; }, fiber_model(),
+              "9-dof beam with deformable section, or rod that stretches and bends")};
+}
+
+std::vector<Key<FiberSpec>> fiber_keys(const Names& fiber_types) {
+  using T = FiberSpec;
+  return {key<T>("name", &T::name, new_name(), "name of the fiber").needed(),
+          key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
+          key<T>("points", &T::points, points(), "at least two; cubic spline through them, free of stress").needed(),
+          key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along the fiber").needed(),
+          key<T>("section_axis", &T::section_axis, vector(plain_number),
+                 "direction of the first section vector at the start")
+              .otherwise("default: z, or any where the fiber runs along z")};
+}
+
+std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types) {
+  using T = BundleSpec;
+  return {
+      key<T>("name", &T::name, new_name(), "name of the bundle").needed(),
+      key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
+      key<T>("points", &T::points, points(), "at least two; cubic spline of the bundle's axis").needed(),
+      key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
+      key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in the bundle").needed(),
+      key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the height, at most all")
+          .otherwise("default: as round as it gets"),
+      key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters"),
+      key<T>("twist", &T::twist, number(any()), "turns over the length, free of stress")};
+}
+
+std::vector<Key<WeaveInput>> weave_keys() {
+  using T = WeaveInput;
+  const auto pattern = choice<std::string>({{"plain", "plain"}, {"twill", "twill"}, {"satin", "satin"}});
+  return {key<T>("pattern", &T::pattern, pattern, "named pattern, repeated over the yarns").otherwise("this or matrix"),
+          key<T>("matrix", &T::matrix, pattern_matrix(),
+                 "own pattern, repeated over the yarns: a row for each weft yarn, 1 where the warp yarn passes above")
+              .otherwise("this or pattern"),
+          key<T>("repeat", &T::repeat, twill_floats(), "of a twill: floats above and below by turns along a warp yarn"),
+          key<T>("harnesses", &T::harnesses, integer(between(5, 1000)), "of a satin: yarns in a repeat"),
+          key<T>("step", &T::step, integer(at_least(2)),
+                 "of a satin: from one interlacing to the next; at most harnesses - 2, without a common divisor")};
+}
+
+std::vector<Key<YarnSystem>> yarn_keys(const Names& fiber_types) {
+  using T = YarnSystem;
+  return {
+      key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
+      key<T>("yarns", &T::n_yarns, integer(at_least(1)), "number of yarns").needed(),
+      key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in each yarn").needed(),
+      key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the flat yarn's height, at most all")
+          .otherwise("default: as round as it gets"),
+      key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
+      key<T>("yarn_spacing", &T::yarn_spacing, quantity(length, above(0)),
+             "distance of neighbouring yarn axes (1/sett); at least the width of a yarn")
+          .needed(),
+      key<T>("margin", &T::margin, quantity(length, above(0)), "yarn length beyond the outermost crossing yarn's axis")
+          .needed(),
+      key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters")};
+}
+
+std::vector<Key<BodySpec>> body_keys() {
+  using T = BodySpec;
+  return {key<T>("name", &T::name, new_name(), "name of the body").needed(),
+          key<T>("position", &T::position, vector(length), "point about which it turns and where its force acts")};
+}
+
+std::vector<Key<Tie>> tie_keys(const Names& fibers_and_yarns) {
+  using T = Tie;
+  const auto end = choice<FiberEnd>({{"start", FiberEnd::start}, {"end", FiberEnd::end}});
+  const auto kind = choice<TieKind>({{"clamped", TieKind::clamped}, {"average", TieKind::average}});
+  return {key<T>("fibers", &T::fibers, wildcard("a fiber, bundle or yarn", fibers_and_yarns), "whose ends are tied")
+              .needed(),
+          key<T>("end", &T::end, end, "which ends").needed(),
+          key<T>("kind", &T::kind, kind, "each fiber's position and section, or means that let fibers rearrange")};
+}
+
+std::vector<Key<Stage>> stage_keys() {
+  using T = Stage;
+  return {
+      key<T>("name", &T::name, new_name(), "name of the stage").needed(),
+      key<T>("increments", &T::n_increments, integer(at_least(1)), "wanted; they are cut where they fail"),
+      key<T>("separate_yarns", &T::separate_yarns, boolean(), "impose the crossing order of the weave"),
+      key<T>("friction", &T::friction, boolean(), "friction in this stage").otherwise("default: as in [effects]"),
+      key<T>("proximal_start", &T::proximal_start, number(at_least(0)), "damping at the start, in E A / L per node"),
+      key<T>("proximal_end", &T::proximal_end, number(at_least(0)), "damping at the end"),
+      key<T>("fiber_model", &T::fiber_model, fiber_model(), "model of every fiber in this stage")
+          .otherwise("default: as in [fiber_type.NAME]"),
+      key<T>("save_every", &T::save_every, integer(at_least(1)), "increments from one saved state to the next")};
+}
+
+std::vector<Key<DriveInput>> drive_keys(const Names& bodies) {
+  using T = DriveInput;
+  const auto dof = choice<BodyDof>({{"x", BodyDof::x},
+                                    {"y", BodyDof::y},
+                                    {"z", BodyDof::z},
+                                    {"rx", BodyDof::rx},
+                                    {"ry", BodyDof::ry},
+                                    {"rz", BodyDof::rz}});
+  const auto either = [](const Measure& translation, const Measure& rotation) {
+    return allowed_quantity(translation, any()) + "; for rotations " + allowed_quantity(rotation, any());
+  };
+  return {
+      key<T>("bodies", &T::bodies, list(wildcard("a body", bodies), true), "what is driven").needed(),
+      key<T>("dof", &T::dofs, list(dof, true), "along or about which axis").needed(),
+      key<T>("displacement", &T::displacement, unread(either(length, angle)),
+             "reached at the end, from the stage's start")
+          .otherwise("one of the four"),
+      key<T>("force", &T::force, unread(either(force, moment)), "reached at the end, from the reaction at the start")
+          .otherwise("one of the four"),
+      key<T>("strain", &T::strain, quantity(ratio, any()),
+             "displacement over the body's coordinate at the stage's start; translations only")
+          .otherwise("one of the four"),
+      key<T>("follow", &T::follow, existing_name("a body", bodies), "moves rigidly with it; translations only")
+          .otherwise("one of the four")};
+}
+
+std::vector<Key<Scene>> effect_keys() {
+  const auto scope = choice<ContactScope>(
+      {{"all", ContactScope::all}, {"between_yarns", ContactScope::between_yarns}, {"none", ContactScope::none}});
+  return {
+      key<Scene>(
+          "contact", [](auto& s) -> auto& { return s.contact.scope; }, scope, "between which fibers"),
+      key<Scene>(
+          "self_contact", [](auto& s) -> auto& { return s.contact.self_contact; }, boolean(),
+          "of a fiber with itself; needs contact"),
+      key<Scene>(
+          "friction", [](auto& s) -> auto& { return s.contact.friction; }, boolean(), "Coulomb friction; needs contact")
+          .otherwise("default: true with contact"),
+      key<Scene>(
+          "adapt_penalty", [](auto& s) -> auto& { return s.contact.adapt_penalty; }, boolean(),
+          "contact stiffness follows the target penetration; needs contact")
+          .otherwise("default: true with contact"),
+      key<Scene>("twist_stretch", &Scene::twist_stretch, boolean(),
+                 "a twisted fiber shortens; needs fibers of the enriched model")};
+}
+
+std::vector<Key<ContactSettings>> contact_keys() {
+  using T = ContactSettings;
+  return {
+      key<T>("friction_coefficient", &T::friction_coefficient, number(at_least(0)), "µ; needs friction"),
+      key<T>("reversible_slip", &T::reversible_slip, number(above(0)), "before sliding, in radii; needs friction"),
+      key<T>("spacing", &T::spacing, number(above(0)), "of contact elements along fibers, in element lengths"),
+      key<T>("search_margin", &T::search_margin, number(above(0)), "gap up to which contact is looked for, in radii"),
+      key<T>("target_penetration", &T::target_penetration, number(inside(0, 1)), "in radii; needs adapt_penalty"),
+      key<T>("regularisation", &T::regularisation, number(inside(0, 1)),
+             "penetration at which the quadratic penalty turns linear, in radii"),
+      key<T>("penalty", &T::penalty, number(above(0)),
+             "starting stiffness per length, in transverse moduli of the softer fiber")};
+}
+
+std::vector<Key<SolverSettings>> solver_keys() {
+  using T = SolverSettings;
+  const auto precision = choice<FactorPrecision>(
+      {{"single", FactorPrecision::single_precision}, {"double", FactorPrecision::double_precision}});
+  return {
+      key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)),
+             "residual over the forces that fibers get from outside: contact, friction, bodies, loads"),
+      key<T>("max_newton_iterations", &T::max_newton_iterations, integer(at_least(1)), "between contact detections"),
+      key<T>("max_geometry_updates", &T::max_geometry_updates, integer(at_least(1)),
+             "times that contacts found anew may undo an equilibrium, in an increment; needs contact"),
+      key<T>("geometry_tolerance", &T::geometry_tolerance, number(above_up_to(0, 1)),
+             "of scenes for earlier versions, which had two tolerances: the smaller one counts; needs contact"),
+      key<T>("step_cap", &T::step_cap, number(above(0)),
+             "largest motion in an iteration, in radii of the thinnest fiber"),
+      key<T>("min_increment", &T::min_increment, number(above_up_to(0, 1)),
+             "smallest part of a stage before the solver gives up"),
+      key<T>("factor_precision", &T::factor_precision, precision,
+             "of the matrix factor; single takes half the memory and a third of the time, for patches of many fibers")};
+}
+
+}  // namespace trame::micro

@@ -1,0 +1,63 @@
+#pragma once
+/// \file
+/// The tables of a scene and their keys, in one place: what `parse_scene` reads is what `scene_schema` describes.
+/// Names that a table may refer to are arguments; the schema passes none.
+
+#include "micro/scene/keys.h"
+#include "micro/scene/pattern.h"
+#include "micro/scene/scene.h"
+
+namespace trame::micro {
+
+using Names = std::vector<std::string>;
+
+enum class MaterialModel : std::uint8_t { isotropic, transversely_isotropic };
+struct MaterialInput {
+  MaterialModel model = MaterialModel::isotropic;
+};
+struct IsotropicInput {
+  double young_modulus = 0, poisson_ratio = 0;
+};
+struct FiberTypeInput {
+  FiberType type;
+  double diameter = 0;
+};
+/// What [weave] says about the pattern; which keys belong together is checked where it is read.
+struct WeaveInput {
+  std::optional<std::string> pattern;
+  std::optional<WeavePattern> matrix;
+  std::vector<Index> repeat = {2, 2};
+  Index harnesses = 5, step = 2;
+};
+/// A drive of several dofs of several bodies. The unit of a displacement or force depends on the dof.
+struct DriveInput {
+  Names bodies;
+  std::vector<BodyDof> dofs;
+  std::optional<SceneValue> displacement, force;
+  std::optional<double> strain;
+  std::optional<std::string> follow;
+};
+
+[[nodiscard]] std::vector<Key<Scene>> scene_keys();
+[[nodiscard]] std::vector<Key<MaterialInput>> material_keys();
+[[nodiscard]] std::vector<Key<IsotropicInput>> isotropic_keys();
+[[nodiscard]] std::vector<Key<Material>> transversely_isotropic_keys();
+[[nodiscard]] std::vector<Key<FiberTypeInput>> fiber_type_keys(const Names& materials);
+[[nodiscard]] std::vector<Key<FiberSpec>> fiber_keys(const Names& fiber_types);
+[[nodiscard]] std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types);
+[[nodiscard]] std::vector<Key<WeaveInput>> weave_keys();
+[[nodiscard]] std::vector<Key<YarnSystem>> yarn_keys(const Names& fiber_types);
+[[nodiscard]] std::vector<Key<BodySpec>> body_keys();
+[[nodiscard]] std::vector<Key<Tie>> tie_keys(const Names& fibers_and_yarns);
+[[nodiscard]] std::vector<Key<Stage>> stage_keys();
+[[nodiscard]] std::vector<Key<DriveInput>> drive_keys(const Names& bodies);
+[[nodiscard]] std::vector<Key<Scene>> effect_keys();
+[[nodiscard]] std::vector<Key<ContactSettings>> contact_keys();
+[[nodiscard]] std::vector<Key<SolverSettings>> solver_keys();
+
+/// The value of a drive is in these measures for translations and for rotations.
+[[nodiscard]] inline bool is_rotation(BodyDof dof) { return dof >= BodyDof::rx; }
+[[nodiscard]] inline const Measure& displacement_measure(BodyDof dof) { return is_rotation(dof) ? angle : length; }
+[[nodiscard]] inline const Measure& force_measure(BodyDof dof) { return is_rotation(dof) ? moment : force; }
+
+}  // namespace trame::micro
