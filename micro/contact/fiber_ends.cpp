@@ -53,7 +53,9 @@ std::optional<double> inside(const FiberField& field, const State& state, Index 
   const double length = field.mesh().length(fiber), face = 1e-6 * length;
   const double s = nearest_arc_length(field, state, fiber, x);
   if (s < face || s > length - face) return std::nullopt;
-  if ((field.curve(state, fiber, s).r - x).norm() >= field.mesh().radius[fiber]) return std::nullopt;
+  // An end that presses on a flank squeezes it a little.
+  constexpr double deep = 0.95;
+  if ((field.curve(state, fiber, s).r - x).norm() >= deep * field.mesh().radius[fiber]) return std::nullopt;
   return s;
 }
 

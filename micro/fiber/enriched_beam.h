@@ -1,7 +1,10 @@
 #pragma once
 /// \file
 /// Elastic energy of enriched beams: x(s, ξ) = r + ξ₁ g₁ + ξ₂ g₂, 9 dofs a node, 3-node elements, 2 Gauss points.
-/// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/fiber/README.md.
+/// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/fiber/README.md. Two
+/// points hardly see sections that swell and shrink from node to node, nor does contact at samples between nodes; so the
+/// second difference ê of (E_11, E_22, 2E_12) over the nodes of an element adds ½ (h/2) (8/45) êᵀ D ê, what a third point
+/// would see of it.
 
 #include "micro/fiber/fiber_field.h"
 #include "micro/solve/effect.h"
@@ -39,6 +42,10 @@ class EnrichedBeams final : public Effect {
   };
   [[nodiscard]] Measures measures(const Z& z, const Section& section) const;
   [[nodiscard]] Measures reference(Index fiber, Index element, int gauss_point) const;
+  /// ê of an element whose node vectors begin at q, without its reference.
+  [[nodiscard]] static Vec3 swelling(const Vec3* q);
+  void add_swelling(const Vec3* q, const Section& section, const Vec3& reference, Index first_node, double weight,
+                    Assembler& assembler) const;
   void add_gauss_point(const Z& z, const Section& section, const Measures& reference, Index first_node,
                        const std::array<double, 3>& n, const std::array<double, 3>& dn, double weight,
                        Assembler& assembler) const;
@@ -49,6 +56,7 @@ class EnrichedBeams final : public Effect {
   std::vector<Index> section_of_fiber_;
   std::vector<Index> first_element_;  // per fiber
   std::vector<double> reference_;     // those in use, at two Gauss points per element
+  std::vector<Vec3> reference_swelling_;  // per element
 };
 
 /// 6 × 6 stiffness of a transversely isotropic material for (E_ss, E_11, E_22, 2E_12, 2E_s1, 2E_s2), axis s, in Pa.

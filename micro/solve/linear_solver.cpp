@@ -45,26 +45,28 @@ void LinearSolver::forget() {
 
 std::vector<char> LinearSolver::couplings(std::span<const double> values, double weak) const {
   const Pattern& pattern = *pattern_;
-  std::vector<double> size(layout_.n_dofs());  // 1/√K_rr
+  // By traces and norms of 3 × 3 blocks, which do not depend on the frame.
+  const auto block = [&](Index j, std::size_t value, Index v, Index w) {
+    const auto stride = static_cast<Index>(pattern.column_height(j));
+    return Eigen::Map<const Mat3, 0, Eigen::OuterStride<>>(values.data() + value + 3 * (w * stride + v),
+                                                           Eigen::OuterStride<>(stride));
+  };
+  std::vector<double> size(layout_.n_vectors());
   for (Index j = 0; j < pattern.n_nodes(); ++j)
-    for (Index d = layout_.first_dof(j), c = 0; d < layout_.first_dof(j + 1); ++d, ++c) {
-      const double k = values[pattern.value_start(j) + static_cast<std::size_t>(c) * pattern.column_height(j) + c];
-      size[d] = k > 0 ? 1 / std::sqrt(k) : 1;
-    }
+    for (Index v = 0; v < layout_.n_vectors(j); ++v)
+      size[layout_.first_vector(j) + v] = std::max(block(j, pattern.value_start(j), v, v).trace(), 0.0);
   std::vector<char> strong(pattern.coupling_start(pattern.n_nodes()), 0);
 #pragma omp parallel for num_threads(n_threads_) schedule(static)
   for (Index j = 0; j < pattern.n_nodes(); ++j) {
     std::size_t coupling = pattern.coupling_start(j), value = pattern.value_start(j);
-    const Index first = layout_.first_dof(j), width = layout_.first_dof(j + 1) - first;
-    const auto stride = static_cast<std::size_t>(pattern.column_height(j));
     for (const Index i : pattern.rows(j)) {
-      const Index begin = layout_.first_dof(i), height = layout_.first_dof(i + 1) - begin;
-      double largest = 0;
-      for (Index c = 0; c < width; ++c)
-        for (Index r = 0; r < height; ++r)
-          largest = std::max(largest, std::abs(values[value + c * stride + r]) * size[begin + r] * size[first + c]);
-      strong[coupling++] = i == j || largest > weak;
-      value += height;
+      bool is_strong = i == j;
+      for (Index w = 0; w < layout_.n_vectors(j) && !is_strong; ++w)
+        for (Index v = 0; v < layout_.n_vectors(i) && !is_strong; ++v)
+          is_strong = block(j, value, v, w).squaredNorm() >
+                      weak * weak * size[layout_.first_vector(i) + v] * size[layout_.first_vector(j) + w];
+      strong[coupling++] = is_strong;
+      value += 3 * layout_.n_vectors(i);
     }
   }
   return strong;

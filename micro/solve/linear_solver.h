@@ -61,7 +61,7 @@ class LinearSolver {
   [[nodiscard]] double curvature(std::span<const double> values);
   /// Goes along the present direction to its lowest point and takes the next direction; returns the new norm, squared.
   [[nodiscard]] double iterate(double curvature, double norm_squared);
-  /// The couplings in which |K_rc| > weak · √(K_rr K_cc) somewhere.
+  /// The couplings in which |K_vw| > weak · √(tr K_vv tr K_ww) for some pair of their vectors.
   [[nodiscard]] std::vector<char> couplings(std::span<const double> values, double weak) const;
   /// y = K x
   void multiply(std::span<const double> values, std::span<const double> x, std::span<double> y);

@@ -216,7 +216,6 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
           if (may_end_early) set_up(Assembler::Tangent::exact);
           if (solve(max_iterations, may_end_early ? Truncated::at_any_limit : Truncated::never)) return true;
         }
-        if (!may_end_early) break;
       }
     } while (linear_.refine());
     return false;
@@ -421,8 +420,10 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     }
 
     if (!settings_.damps_soft_modes) adapt_cap(r.norm);
-    // As exact as the step deserves: far from the solution its nonlinearity is the larger error.
-    const double tolerance = std::clamp(0.1 * goal / r.norm, 1e-4, 0.02), n_entries = n_factor_entries();
+    // As exact as the step deserves: far from the solution its nonlinearity is the larger error. Fibers that bodies take
+    // far along must not be distorted by a part of that.
+    const double tolerance = remaining > 0 ? 1e-5 : std::clamp(0.1 * goal / r.norm, 1e-4, 0.02);
+    const double n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
     const bool try_old_factor = settings_.damps_soft_modes || last_taken_whole;
     if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, outcome)) {

@@ -41,8 +41,10 @@ TEST(Derivatives, Rod) {
   expect_consistent_derivatives(rods, scene.layout, perturbed(scene.layout, scene.state, 0.1, 3));
 }
 
-// Forces have a potential. The tangent leaves out that points held move away from where they are lowest, and of beams how feet that slide to sections of another size do so
-// otherwise: that goes with the change of strain along a fiber, which is what random steps make it.
+// Forces have a potential; how fast sections of beams grow along them, which feet feel that slide, is smoothed from
+// element to element. The tangent leaves out that points are held away from where they are lowest, and of beams how feet
+// that slide to sections of another size do so otherwise: that goes with the change of strain along a fiber, which is
+// what random steps make it.
 TEST(Derivatives, ContactAndFriction) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
     TwoFibers scene(model);
@@ -56,7 +58,8 @@ TEST(Derivatives, ContactAndFriction) {
     for (const double amplitude : {0.003, 0.05}) {
       const State state = perturbed(scene.layout, scene.state, amplitude, 4);
       expect_consistent_derivatives(contact, scene.layout, state,
-                                    {.of_tangent = model == FiberModel::rod ? 1e-5 : 0.01 + 1.5 * amplitude});
+                                    {.of_force = model == FiberModel::rod ? 0 : 1e-5,
+                                     .of_tangent = model == FiberModel::rod ? 1e-5 : 0.01 + 1.5 * amplitude});
     }
   }
 }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include <Eigen/Geometry>
 
 #include "micro/fiber/enriched_beam.h"
@@ -131,16 +133,17 @@ Scene crossing_scene(const Mat3& q, const Vec3& c) {
   return scene;
 }
 
+double total(const std::vector<double>& forces) { return std::accumulate(forces.begin(), forces.end(), 0.0); }
+
 TEST(RigidMotion, OfALoadedSceneMovesTheResult) {
   const auto home = test::run_scene(crossing_scene(Mat3::Identity(), Vec3::Zero()));
   const auto away = test::run_scene(crossing_scene(turn, shift));
   ASSERT_TRUE(home.done()) << home.summary.message;
   ASSERT_TRUE(away.done()) << away.summary.message;
-  ASSERT_FALSE(home.last().contacts.normal_force.empty());
-  ASSERT_GT(home.last().contacts.normal_force[0], 1e-3) << "the fibers must touch for the test to mean something";
-  ASSERT_EQ(home.last().contacts.normal_force.size(), away.last().contacts.normal_force.size());
+  const double pressed_home = total(home.last().contacts.normal_force), pressed_away = total(away.last().contacts.normal_force);
+  ASSERT_GT(pressed_home, 1e-3) << "the fibers must touch for the test to mean something";
   // Both runs stop at residuals of 1e-8 of forces that axial stiffness dominates; bending is (L/R)² = 256 times softer.
-  EXPECT_NEAR(away.last().contacts.normal_force[0] / home.last().contacts.normal_force[0], 1, 1e-4);
+  EXPECT_NEAR(pressed_away / pressed_home, 1, 1e-4);
   for (std::size_t i = 0; i < home.last().fibers.r.size(); ++i) {
     EXPECT_LT((away.last().fibers.r[i] - (turn * home.last().fibers.r[i] + shift)).norm(), 1e-4) << "node " << i;
     EXPECT_LT((away.last().fibers.g1[i] - turn * home.last().fibers.g1[i]).norm(), 1e-4) << "node " << i;
