@@ -179,8 +179,10 @@ double EnrichedBeams::energy(const State& state) const {
     const Section& section = sections_[section_of_fiber_[f]];
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
       const Vec3* q = state.q.data() + field_.layout().first_vector(field_.element_node(f, e));
-      const Vec3 swollen = swelling(q) - reference_swelling_[first_element_[f] + e];
-      sum += 0.5 * (h / 2) * unseen * swollen.dot(section.stiffness.block<3, 3>(1, 1) * swollen);
+      if (is_inner(f, e)) {
+        const Vec3 swollen = swelling(q) - reference_swelling_[first_element_[f] + e];
+        sum += 0.5 * (h / 2) * unseen * swollen.dot(section.stiffness.block<3, 3>(1, 1) * swollen);
+      }
       for (int g = 0; g < 2; ++g) {
         const double t = gauss_points[g];
         const Measures strain =
@@ -227,8 +229,9 @@ void EnrichedBeams::add(const State& state, Assembler& assembler) const {
         add_gauss_point(interpolate<Z>(q, n, dn), sections_[section_of_fiber_[f]], reference(f, e, g), first, n, dn,
                         h / 2, assembler);
       }
-      add_swelling(q, sections_[section_of_fiber_[f]], reference_swelling_[first_element_[f] + e], first,
-                   h / 2 * unseen, assembler);
+      if (is_inner(f, e))
+        add_swelling(q, sections_[section_of_fiber_[f]], reference_swelling_[first_element_[f] + e], first,
+                     h / 2 * unseen, assembler);
     }
   }
 }

@@ -4,7 +4,7 @@
 /// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/fiber/README.md. Two
 /// points hardly see sections that swell and shrink from node to node, nor does contact at samples between nodes; so the
 /// second difference ê of (E_11, E_22, 2E_12) over the nodes of an element adds ½ (h/2) (8/45) êᵀ D ê, what a third point
-/// would see of it.
+/// would see of it; but not in the elements at ends, whose sections clamps hold over a radius only.
 
 #include "micro/fiber/fiber_field.h"
 #include "micro/solve/effect.h"
@@ -42,6 +42,9 @@ class EnrichedBeams final : public Effect {
   };
   [[nodiscard]] Measures measures(const Z& z, const Section& section) const;
   [[nodiscard]] Measures reference(Index fiber, Index element, int gauss_point) const;
+  [[nodiscard]] bool is_inner(Index fiber, Index element) const {
+    return element > 0 && element + 1 < field_.mesh().n_elements(fiber);
+  }
   /// ê of an element whose node vectors begin at q, without its reference.
   [[nodiscard]] static Vec3 swelling(const Vec3* q);
   void add_swelling(const Vec3* q, const Section& section, const Vec3& reference, Index first_node, double weight,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from states import value_hermite, value_lagrange
+from states import node_slopes, value_hermite, value_lagrange
 
 GAUSS = 1 / np.sqrt(3)
 
@@ -136,10 +136,14 @@ def nodal_balance(state, start, fiber):
         e, t = state.locate(fiber, arc[k])
         if rod:
             w = value_hermite(t, h)[0]
-            w, nodes = (w[0], w[2]), (e, e + 1)
+            weights = np.zeros((len(k), len(force)))
+            weights[np.arange(len(k)), e], weights[np.arange(len(k)), e + 1] = w[0], w[2]
         else:
-            w, nodes = value_lagrange(t, h)[0], (2 * e, 2 * e + 1, 2 * e + 2)
-        for c, node in zip(w, nodes):
-            np.add.at(force, node, sign * c[:, None] * total[k])
-            np.add.at(contact_size, node, abs(c) * np.linalg.norm(total[k], axis=1))
+            node, t = state.stretch(fiber, arc[k])
+            w = value_hermite(t, h / 2)[0]
+            value, slope = np.eye(len(force)), node_slopes(len(force), h / 2)
+            parts = (value[node], slope[node], value[node + 1], slope[node + 1])
+            weights = sum(c[:, None] * x for c, x in zip(w, parts))
+        force += sign * weights.T @ total[k]
+        contact_size += abs(weights).T @ np.linalg.norm(total[k], axis=1)
     return force, size, contact_size

@@ -87,8 +87,16 @@ class State:
         e = np.clip((np.asarray(s) / h).astype(int), 0, n - 1)
         return e, np.clip(2 * (s - e * h) / h - 1, -1, 1)
 
+    def stretch(self, fiber, s):
+        """Node before arc lengths, of beams, and local coordinate -1 ... 1 to the next one."""
+        spacing = self.mesh.element_length(fiber) / 2
+        n = self.mesh.first[fiber + 1] - self.mesh.first[fiber]
+        k = np.clip((np.asarray(s) / spacing).astype(int), 0, n - 2)
+        return k, np.clip(2 * (s - k * spacing) / spacing - 1, -1, 1)
+
     def curve(self, fiber, s, derivatives=0):
-        """r(s), and r', r'' on demand: parabolas for beams, cubic Hermite for rods."""
+        """r(s), and r', r'' on demand: cubic Hermite, for rods between elements' ends, for beams between all nodes
+        with the slopes of the parabolas through neighbours."""
         h = self.mesh.element_length(fiber)
         e, t = self.locate(fiber, s)
         at = self.mesh.nodes(fiber)
@@ -98,8 +106,10 @@ class State:
             w = value_hermite(t, h)
             q = (r[2 * e], d[2 * e], r[2 * e + 2], d[2 * e + 2])
         else:
-            w = value_lagrange(t, h)
-            q = (r[2 * e], r[2 * e + 1], r[2 * e + 2])
+            k, t = self.stretch(fiber, s)
+            w = value_hermite(t[..., None], h / 2)
+            slope = node_slopes(len(r), h / 2) @ r
+            q = (r[k], slope[k], r[k + 1], slope[k + 1])
         out = [sum(c * x for c, x in zip(w[k], q)) for k in range(derivatives + 1)]
         return out[0] if derivatives == 0 else out
 
@@ -116,6 +126,16 @@ class State:
             return np.full(len(s), self.mesh.radius[fiber])
         g1, g2 = self.sections(fiber, s)
         return self.mesh.radius[fiber] * np.hypot((n * g1).sum(-1), (n * g2).sum(-1))
+
+
+def node_slopes(n, spacing):
+    """Matrix from n values to their slopes: of the parabola through each and its neighbours, at ends the next
+    ones."""
+    slopes = np.zeros((n, n))
+    for i in range(n):
+        j = min(max(i - 1, 0), n - 3)
+        slopes[i, j : j + 3] = {0: (-1.5, 2, -0.5), 1: (-0.5, 0, 0.5), 2: (0.5, -2, 1.5)}[i - j]
+    return slopes / spacing
 
 
 def value_lagrange(t, h):
