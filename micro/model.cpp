@@ -222,8 +222,9 @@ void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
       terms.push_back({tie.body, {{node, vector}}, what, held, Mat3::Identity(), stiffness * radius * radius});
     };
     if (field.model(tie.fiber) == FiberModel::enriched) {
-      hold(TieTerm::Holds::vector, 1, reference.g1[mesh_node]);
-      hold(TieTerm::Holds::vector, 2, reference.g2[mesh_node]);
+      // So do sections narrow at the end as elsewhere: what holds them in their shape reaches a radius, not an element.
+      hold(TieTerm::Holds::direction, 1, reference.g1[mesh_node].normalized());
+      hold(TieTerm::Holds::direction, 2, reference.g2[mesh_node].normalized());
     } else {
       // The length of r' is the stretch at the end, which no clamp holds.
       hold(TieTerm::Holds::direction, 1, axis.normalized());

@@ -34,8 +34,8 @@ std::optional<Chord> chord_at_mean_arc_length(const FiberField& field, const Sta
     const Vec2 direction(1, -sense);
     const double slope = chord.slope().dot(direction), curvature = direction.dot(chord.hessian() * direction);
     (slope > 0 ? high : low) = u;
-    const double step =
-        curvature > 0 ? std::clamp(-slope / curvature, -longest_step, longest_step) : std::copysign(longest_step, -slope);
+    const double step = curvature > 0 ? std::clamp(-slope / curvature, -longest_step, longest_step)
+                                      : std::copysign(longest_step, -slope);
     if (std::min(std::abs(step), high - low) < settled * h) {
       chord.n_free = 1;
       chord.free[0] = direction;

@@ -2,8 +2,8 @@
 /// \file
 /// Chords between two centre lines: the shortest one nearby, and the shortest one at a given mean arc length.
 ///
-/// With c = r_b(s_b) − r_a(s_a), both are minima of ½|c|² over the arc lengths of the feet, found by Newton's method with
-/// the second derivatives r'', safeguarded: brackets along a line, projected steps in a box.
+/// With c = r_b(s_b) − r_a(s_a), both are minima of ½|c|² over the arc lengths of the feet, found by Newton's method
+/// with the second derivatives r'', safeguarded: brackets along a line, projected steps in a box.
 
 #include <array>
 #include <cmath>
@@ -70,8 +70,8 @@ struct Hold {
   }
 };
 
-/// The shortest chord nearby, or one held: a local minimum over both feet, which may rest at ends of the fibers. Nothing
-/// where the feet would go farther than `reach`.
+/// The shortest chord nearby, or one held: a local minimum over both feet, which may rest at ends of the fibers.
+/// Nothing where the feet would go farther than `reach`.
 [[nodiscard]] std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b,
                                                   double reach, const Hold& hold = {});
 

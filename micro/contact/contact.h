@@ -107,7 +107,7 @@ class Contact final : public Effect {
     Index fiber;
     double s, log_scale;
   };
-  std::vector<LoadedParticle> loaded_;   // particles in contact, sorted, with the logarithm of their penalty scale
+  std::vector<LoadedParticle> loaded_;  // particles in contact, sorted, with the logarithm of their penalty scale
   // Of the last accepted increment; before it, of the first detection of the stage, and empty before that.
   std::optional<double> slip_energy_n_;
   std::vector<ContactElement> elements_n_;

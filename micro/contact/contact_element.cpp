@@ -70,12 +70,12 @@ Gap::Sliding sliding(const Gap& g, const Proximity& pair, double growth_a, doubl
     s.turn[i] = g.inverse_distance * s.along[i];
     for (int j = 0; j <= i; ++j) {
       of_distance(i, j) = of_distance(j, i) =
-          s.along[j].dot(s.turn[i]) + g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
-                                                   f[0] * chord.free[j][0] * chord.at_a.curvature);
+          s.along[j].dot(s.turn[i]) +
+          g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature - f[0] * chord.free[j][0] * chord.at_a.curvature);
       of_hold(i, j) = of_hold(j, i) = held_by * f.dot(pair.hold.along()) * chord.free[j].dot(pair.hold.along());
     }
-    slope[i] = g.normal.dot(s.along[i]) - g.inverse_distance * x.dot(g.across(s.along[i])) - f[0] * growth_a -
-               f[1] * growth_b;
+    slope[i] =
+        g.normal.dot(s.along[i]) - g.inverse_distance * x.dot(g.across(s.along[i])) - f[0] * growth_a - f[1] * growth_b;
   }
   Eigen::Matrix2d a = of_distance + of_hold;
   if (chord.n_free == 1) a(1, 1) = 1;
@@ -219,8 +219,8 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
 
   LocalForms::Matrix k = local.zero_matrix();
   LocalForms::add_square(gradient, e.stiffness(p_reg), k);
-  // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure. Left out
-  // is δz, of the order of a section's strain per radius and of how far a foot is held from the lowest point.
+  // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure. Left
+  // out is δz, of the order of a section's strain per radius and of how far a foot is held from the lowest point.
   const bool exact = assembler.tangent() == Assembler::Tangent::exact && g.inverse_distance != 0;
   const auto add_outline = [&](int side, const Gap::Section& section) {
     if (section.curvature == 0) return;

@@ -115,10 +115,10 @@ struct Gap {
   /// δ(∂F/∂e) and A = ∂²F/∂e∂e', by δs = −A⁻¹ B.
   struct Sliding {
     int n = 0;
-    std::array<Vec3, 2> along;  ///< ∂c/∂e
-    std::array<Vec3, 2> turn;   ///< the part of B_e that goes with δc
+    std::array<Vec3, 2> along;                          ///< ∂c/∂e
+    std::array<Vec3, 2> turn;                           ///< the part of B_e that goes with δc
     Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  ///< A⁻¹
-    Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();     ///< 2A⁻¹ − A⁻¹ A_d A⁻¹, A_d of d alone: δ²d = … − B·bend B
+    Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();  ///< 2A⁻¹ − A⁻¹ A_d A⁻¹, A_d of d alone: δ²d = … − B·bend B
     Vec2 drift = Vec2::Zero();  ///< z = A⁻¹ ∂g/∂e: what B takes off δg as feet slide to where g is another
   };
   double value = 0;
@@ -150,7 +150,7 @@ struct ContactElement {
   double length = 0;            ///< length of fiber that the element stands for
   double penalty = 0;           ///< k, force over length
   double penalty_scale = 1;     ///< adapted factor that `penalty` includes
-  double gap_offset = 0;  ///< see ContactHistory; `offset` includes what is still granted of it
+  double gap_offset = 0;        ///< see ContactHistory; `offset` includes what is still granted of it
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
   double preload = 0;
@@ -180,18 +180,14 @@ struct ContactElement {
   }
 
   [[nodiscard]] PenaltyLaw law(double p_reg) const { return {penalty, preload, p_reg}; }
-  [[nodiscard]] PenaltyLaw law_at_start(double p_reg) const {
-    return {penalty_at_start, preload_at_start, p_reg};
-  }
+  [[nodiscard]] PenaltyLaw law_at_start(double p_reg) const { return {penalty_at_start, preload_at_start, p_reg}; }
   /// All the work of raising, with an equilibrium at the state last followed.
   [[nodiscard]] double work_of_all_raising(double p_reg) const {
     if (force_raised_under <= 0) return work_of_raising;
     return work_of_raising + work_of_new_law(0.5 * (force_raised_under + force(p_reg)), raised_from, law(p_reg));
   }
   [[nodiscard]] double force(double p_reg) const { return law(p_reg).force(gap()); }
-  [[nodiscard]] double stiffness(double p_reg) const {
-    return penalty_stiffness(gap() - preload, penalty, p_reg);
-  }
+  [[nodiscard]] double stiffness(double p_reg) const { return penalty_stiffness(gap() - preload, penalty, p_reg); }
   /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
   [[nodiscard]] double energy(double p_reg) const { return law(p_reg).energy(gap()); }
 };

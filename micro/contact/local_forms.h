@@ -21,8 +21,9 @@ struct CoveredNodes {
   void add_sparsity(Pattern::Builder& builder) const;
 };
 
-/// Linear forms of what a contact depends on at its feet: for each side the position r, its derivative r' and the section
-/// vectors g₁, g₂ of an enriched beam. Forms and matrices are dense and small; nodes come in when they are scattered.
+/// Linear forms of what a contact depends on at its feet: for each side the position r, its derivative r' and the
+/// section vectors g₁, g₂ of an enriched beam. Forms and matrices are dense and small; nodes come in when they are
+/// scattered.
 class LocalForms {
  public:
   static constexpr int max_size = 24;

@@ -81,13 +81,8 @@ std::vector<Sample> sample_fibers(const FiberField& field, const State& state, c
       const double s = (static_cast<double>(i - first[f]) + 0.5) * step;
       const CurveJet jet = field.curve(state, f, s);
       const Eigen::Array<std::int64_t, 3, 1> c = (jet.r / cell_size).array().floor().cast<std::int64_t>();
-      samples[i] = {f,
-                    static_cast<Index>(i - first[f]),
-                    s,
-                    jet.r,
-                    jet.tangent,
-                    jet.curvature.norm(),
-                    cell_key(c[0], c[1], c[2])};
+      samples[i] = {
+          f, static_cast<Index>(i - first[f]), s, jet.r, jet.tangent, jet.curvature.norm(), cell_key(c[0], c[1], c[2])};
     }
   }
   std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
@@ -101,8 +96,7 @@ void keep_if_near(const FiberField& field, const ProximitySearch& search, const 
   if (std::tie(a->fiber, a->s) > std::tie(b->fiber, b->s)) std::swap(a, b);
   const double distance = (b->r - a->r).norm();
   if (distance > sample_reach(field, search, a->fiber, b->fiber)) return;
-  if (a->fiber == b->fiber &&
-      (!search.self_contact || b->s - a->s < least_arc_between(field, search, a->fiber)))
+  if (a->fiber == b->fiber && (!search.self_contact || b->s - a->s < least_arc_between(field, search, a->fiber)))
     return;
   if (search.wanted && !search.wanted(a->fiber, b->fiber)) return;
   near.push_back({a, b, distance});
@@ -184,8 +178,9 @@ void suggest_samples(const FiberField& field, const ProximitySearch& search, con
   // A fiber that meets itself may come nearest where it is its own course, which is no contact: there samples do alone.
   // Between others, a valley so steep that it leaves half a spacing from its lowest point no chance to touch has none.
   constexpr double deepest = 0.2;  // of the radii: penetration
-  if (a.fiber != b.fiber && rise_over_half_spacing(valley_bounds(field, n).low, spacing) >
-                                reach(field, search, a.fiber, b.fiber) - (1 - deepest) * sum_of_radii(field, a.fiber, b.fiber))
+  if (a.fiber != b.fiber &&
+      rise_over_half_spacing(valley_bounds(field, n).low, spacing) >
+          reach(field, search, a.fiber, b.fiber) - (1 - deepest) * sum_of_radii(field, a.fiber, b.fiber))
     return;
   const int sense = sense_of(cosine(n));
   const double tau = 0.5 * (a.s + sense * b.s), u = 0.5 * (a.s - sense * b.s);
@@ -279,7 +274,11 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   if (at_end(chord->b)) share *= share_beside_end(field, chord->a);
   if (share < least_share) return std::nullopt;
   const double held_by = half_steep / (spacing * spacing) * smaller_radius(field, a.fiber, b.fiber) * sum;
-  return Proximity{*chord, share * covered * sum, share, true, {held_by, static_cast<double>(sense), 0.5 * (chord->a.s + sense * chord->b.s)}};
+  return Proximity{*chord,
+                   share * covered * sum,
+                   share,
+                   true,
+                   {held_by, static_cast<double>(sense), 0.5 * (chord->a.s + sense * chord->b.s)}};
 }
 
 /// Pairs of samples of two fibers that are nearer than their neighbours along either fiber or both.
@@ -287,7 +286,7 @@ bool is_nearest_around(const Near* begin, const Near* end, const Near& n) {
   const auto key = [](const Near& m) { return std::make_pair(m.a->number, m.b->number); };
   for (Index i = n.a->number - 1; i <= n.a->number + 1; ++i) {
     const auto first = std::make_pair(i, n.b->number - 1), last = std::make_pair(i, n.b->number + 1);
-    for (auto m = std::lower_bound(begin, end, first, [&](const Near& x, const auto& k) { return key(x) < k; });
+    for (auto m = std::lower_bound(begin, end, first, [&](const Near&x, const auto&k) { return key(x) < k; });
          m != end && key(*m) <= last; ++m)
       if (m->distance < n.distance) return false;
   }
@@ -334,8 +333,7 @@ class PairSearch {
     std::vector<double> solved;
     const Candidate* last = nullptr;
     for (const Candidate& c : candidates) {
-      const double apart =
-          fiber_spacing(field_, search_, c.fiber_a) + fiber_spacing(field_, search_, c.fiber_b);
+      const double apart = fiber_spacing(field_, search_, c.fiber_a) + fiber_spacing(field_, search_, c.fiber_b);
       if (!last || last->sense != c.sense || last->k != c.k) solved.clear();
       last = &c;
       if (std::any_of(solved.begin(), solved.end(), [&](double u) { return std::abs(u - c.u) < apart; })) continue;
@@ -349,8 +347,7 @@ class PairSearch {
     const double radius = smaller_radius(field_, begin_->a->fiber, begin_->b->fiber);
     for (const Near* n = begin_; n != end_; ++n) {
       const bool at_end = is_last(*n->a) || is_last(*n->b);
-      if (!at_end &&
-          share_of_samples(rise_over_half_spacing(valley_bounds(field_, *n).high, spacing), radius) == 1)
+      if (!at_end && share_of_samples(rise_over_half_spacing(valley_bounds(field_, *n).high, spacing), radius) == 1)
         continue;
       if (is_nearest_around(begin_, end_, *n)) add_point(*n);
     }
@@ -377,8 +374,8 @@ class PairSearch {
     }
   }
 
-  /// Samples leave to a point what it stands for of their surroundings: all within half a spacing, nothing from a spacing
-  /// on. There the valley has risen by four times what makes a point of it.
+  /// Samples leave to a point what it stands for of their surroundings: all within half a spacing, nothing from a
+  /// spacing on. There the valley has risen by four times what makes a point of it.
   void share_with_points() {
     if (begin_->a->fiber == begin_->b->fiber) return;
     const double spacing = pair_spacing(field_, search_, begin_->a->fiber, begin_->b->fiber);

@@ -3,12 +3,12 @@
 /// Where fibers come close: found with a grid in O(n log n), as samples along stretches that stay close and as points
 /// where one place is closest.
 ///
-/// Of two fibers that come near each other the distance d(s_a, s_b) has a valley. Where the valley is flat, fibers touch
-/// along a line: it is sampled at (k + ½) spacings of the mean arc length τ = ½(s_a + σ s_b), σ = ±1 their sense, so that a
-/// sample keeps its identity while the fibers move, and those of fibers side by side stay away from where elements join. Where it is steep they touch at its lowest point. What tells
-/// them apart is how far d rises over half a spacing, not an angle: fibers that wind around each other stay at one
-/// distance at any angle. In between both kinds act, with weights that add up to one and go over into each other.
-/// Swapping a and b changes nothing.
+/// Of two fibers that come near each other the distance d(s_a, s_b) has a valley. Where the valley is flat, fibers
+/// touch along a line: it is sampled at (k + ½) spacings of the mean arc length τ = ½(s_a + σ s_b), σ = ±1 their sense,
+/// so that a sample keeps its identity while the fibers move, and those of fibers side by side stay away from where
+/// elements join. Where it is steep they touch at its lowest point. What tells them apart is how far d rises over half
+/// a spacing, not an angle: fibers that wind around each other stay at one distance at any angle. In between both kinds
+/// act, with weights that add up to one and go over into each other. Swapping a and b changes nothing.
 
 #include <functional>
 

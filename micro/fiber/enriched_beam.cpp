@@ -125,8 +125,7 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
     first_element_.push_back(static_cast<Index>(reference_.size() / (2 * n_measures_)));
     if (field.model(f) != FiberModel::enriched) continue;
     for (Index e = 0; e < mesh.n_elements(f); ++e)
-      reference_swelling_.push_back(
-          swelling(state.q.data() + field.layout().first_vector(field.element_node(f, e))));
+      reference_swelling_.push_back(swelling(state.q.data() + field.layout().first_vector(field.element_node(f, e))));
     for (Index e = 0; e < mesh.n_elements(f); ++e)
       for (const double t : gauss_points) {
         const Vec3* q = state.q.data() + field.layout().first_vector(field.element_node(f, e));
@@ -179,10 +178,8 @@ double EnrichedBeams::energy(const State& state) const {
     const Section& section = sections_[section_of_fiber_[f]];
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
       const Vec3* q = state.q.data() + field_.layout().first_vector(field_.element_node(f, e));
-      if (is_inner(f, e)) {
-        const Vec3 swollen = swelling(q) - reference_swelling_[first_element_[f] + e];
-        sum += 0.5 * (h / 2) * unseen * swollen.dot(section.stiffness.block<3, 3>(1, 1) * swollen);
-      }
+      const Vec3 swollen = swelling(q) - reference_swelling_[first_element_[f] + e];
+      sum += 0.5 * (h / 2) * unseen * swollen.dot(section.stiffness.block<3, 3>(1, 1) * swollen);
       for (int g = 0; g < 2; ++g) {
         const double t = gauss_points[g];
         const Measures strain =
@@ -229,9 +226,8 @@ void EnrichedBeams::add(const State& state, Assembler& assembler) const {
         add_gauss_point(interpolate<Z>(q, n, dn), sections_[section_of_fiber_[f]], reference(f, e, g), first, n, dn,
                         h / 2, assembler);
       }
-      if (is_inner(f, e))
-        add_swelling(q, sections_[section_of_fiber_[f]], reference_swelling_[first_element_[f] + e], first,
-                     h / 2 * unseen, assembler);
+      add_swelling(q, sections_[section_of_fiber_[f]], reference_swelling_[first_element_[f] + e], first,
+                   h / 2 * unseen, assembler);
     }
   }
 }
@@ -258,8 +254,7 @@ void EnrichedBeams::add_swelling(const Vec3* q, const Section& section, const Ve
       Eigen::Matrix<double, 6, 6> k = b.middleCols<6>(6 * a).transpose() * d * b.middleCols<6>(6 * c);
       if (exact && a == c)
         for (int v = 0; v < 2; ++v)
-          for (int w = 0; w < 2; ++w)
-            k.block<3, 3>(3 * v, 3 * w).diagonal().array() += second_difference[a] * s(v, w);
+          for (int w = 0; w < 2; ++w) k.block<3, 3>(3 * v, 3 * w).diagonal().array() += second_difference[a] * s(v, w);
       const auto block = assembler.block(first_node + a, first_node + c);
       for (int col = 0; col < 6; ++col)
         for (int row = 0; row < 6; ++row)

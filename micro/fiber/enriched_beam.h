@@ -2,9 +2,9 @@
 /// \file
 /// Elastic energy of enriched beams: x(s, ξ) = r + ξ₁ g₁ + ξ₂ g₂, 9 dofs a node, 3-node elements, 2 Gauss points.
 /// With z = (r', g₁, g₂, g₁', g₂') every strain measure is e = ½ zᵀ(A ⊗ I₃)z − e_ref; see micro/fiber/README.md. Two
-/// points hardly see sections that swell and shrink from node to node, nor does contact at samples between nodes; so the
-/// second difference ê of (E_11, E_22, 2E_12) over the nodes of an element adds ½ (h/2) (8/45) êᵀ D ê, what a third point
-/// would see of it; but not in the elements at ends, whose sections clamps hold over a radius only.
+/// points hardly see sections that swell and shrink from node to node, nor does contact at samples between nodes; so
+/// the second difference ê of (E_11, E_22, 2E_12) over the nodes of an element adds ½ (h/2) (8/45) êᵀ D ê, what a third
+/// point would see of it.
 
 #include "micro/fiber/fiber_field.h"
 #include "micro/solve/effect.h"
@@ -42,9 +42,6 @@ class EnrichedBeams final : public Effect {
   };
   [[nodiscard]] Measures measures(const Z& z, const Section& section) const;
   [[nodiscard]] Measures reference(Index fiber, Index element, int gauss_point) const;
-  [[nodiscard]] bool is_inner(Index fiber, Index element) const {
-    return element > 0 && element + 1 < field_.mesh().n_elements(fiber);
-  }
   /// ê of an element whose node vectors begin at q, without its reference.
   [[nodiscard]] static Vec3 swelling(const Vec3* q);
   void add_swelling(const Vec3* q, const Section& section, const Vec3& reference, Index first_node, double weight,
@@ -57,8 +54,8 @@ class EnrichedBeams final : public Effect {
   int n_measures_;
   std::vector<Section> sections_;  // distinct ones
   std::vector<Index> section_of_fiber_;
-  std::vector<Index> first_element_;  // per fiber
-  std::vector<double> reference_;     // those in use, at two Gauss points per element
+  std::vector<Index> first_element_;      // per fiber
+  std::vector<double> reference_;         // those in use, at two Gauss points per element
   std::vector<Vec3> reference_swelling_;  // per element
 };
 

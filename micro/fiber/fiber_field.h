@@ -45,9 +45,9 @@ struct CurveJet {
 
 /// Where the unknowns of each fiber stand, and the curves that they describe, which all have a continuous tangent: a
 /// rod is the cubic through its nodes' vectors; the centre line of an enriched beam is taken through its nodes as
-/// cubics with the slope of the parabola through each node and its two neighbours (Catmull, Rom, 1974). Its elements' own
-/// parabolas meet at angles, at which contacts would jump. Section vectors are those of the elements, so that an even
-/// pressure squeezes sections evenly.
+/// cubics with the slope of the parabola through each node and its two neighbours (Catmull, Rom, 1974). Its elements'
+/// own parabolas meet at angles, at which contacts would jump. Section vectors are those of the elements, so that an
+/// even pressure squeezes sections evenly.
 class FiberField {
  public:
   /// Adds the nodes of all fibers to `layout`, fiber by fiber. `models` has one entry per fiber.
@@ -65,7 +65,9 @@ class FiberField {
 
   /// The place at arc length s; beyond an end the curve goes on as the last stretch.
   [[nodiscard]] CurveShape shape(Index fiber, double s) const;
-  [[nodiscard]] CurveJet curve(const State& state, Index fiber, double s) const { return curve(state, shape(fiber, s)); }
+  [[nodiscard]] CurveJet curve(const State& state, Index fiber, double s) const {
+    return curve(state, shape(fiber, s));
+  }
   [[nodiscard]] CurveJet curve(const State& state, const CurveShape& shape) const;
   /// Section vectors at a place of an enriched fiber.
   [[nodiscard]] std::array<Vec3, 2> section(const State& state, const CurveShape& shape) const;

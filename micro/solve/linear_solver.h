@@ -1,7 +1,7 @@
 #pragma once
 /// \file
-/// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind the factor of what
-/// couples nodes strongly, which may be in single precision, or that of an earlier matrix.
+/// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind the factor of
+/// what couples nodes strongly, which may be in single precision, or that of an earlier matrix.
 
 #include <optional>
 #include <span>
@@ -20,8 +20,8 @@ class LinearSolver {
   /// Orders and analyses what couples nodes strongly in the matrix with these values. What has been analysed before of
   /// the same pattern stays as long as it has all of that; otherwise the last factor goes.
   void analyze(std::span<const double> values);
-  /// Analyses if need be, and factorises the matrix with these values without its weak couplings. Returns false where it
-  /// is not positive definite in the precision of the factor.
+  /// Analyses if need be, and factorises the matrix with these values without its weak couplings. Returns false where
+  /// it is not positive definite in the precision of the factor.
   [[nodiscard]] bool factorize(std::span<const double> values);
   /// Factorises more exactly from now on: first with all couplings, until `forget`, then in double precision. Returns
   /// false if that was the case already.
@@ -32,8 +32,8 @@ class LinearSolver {
   void keep(Archive& archive) { archive(precision_); }
 
   [[nodiscard]] bool has_factor() const { return has_factor_; }
-  /// When iterations may end early with what has been found up to there, along which ½ x·K x − b·x falls: never, where a
-  /// direction of negative curvature turns up (Steihaug's truncation), or also at the limit of their number.
+  /// When iterations may end early with what has been found up to there, along which ½ x·K x − b·x falls: never, where
+  /// a direction of negative curvature turns up (Steihaug's truncation), or also at the limit of their number.
   enum class Truncated : std::uint8_t { never, at_negative_curvature, at_any_limit };
   /// Solves K x = b in place, up to `tolerance` in the norm of the preconditioned residual relative to that of b.
   /// Returns the number of iterations, or nothing, b unchanged, if `max_iterations` do not suffice, will not at the
@@ -73,8 +73,8 @@ class LinearSolver {
   Elimination elimination_;
   SupernodalFactor<float> single_;
   SupernodalFactor<double> double_;
-  bool analyzed_ = false;  // elimination_ is that of pattern_, not of an earlier one
-  bool complete_ = false;  // weak couplings count
+  bool analyzed_ = false;   // elimination_ is that of pattern_, not of an earlier one
+  bool complete_ = false;   // weak couplings count
   std::vector<char> kept_;  // couplings of the pattern that elimination_ has
   bool has_factor_ = false;
   bool met_negative_curvature_ = false;

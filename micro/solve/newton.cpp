@@ -159,8 +159,8 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 /// factor is that of its projection, and the iterations behind it may end early; with a motion to be made, which they
 /// have to finish, the projection stands for the tangent. A factor that does not do in single precision is replaced by
 /// one in double.
-bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                             double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
+bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state, double remaining,
+                             double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
   using Truncated = LinearSolver::Truncated;
   constexpr int max_iterations = 50;
   // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
@@ -382,8 +382,8 @@ NewtonSolver::Largest NewtonSolver::largest(const Change& change) const {
   return result;
 }
 
-NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& prescribed, double slack,
-                                  State& state, const std::function<void(const std::string&)>& log) {
+NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& prescribed, double slack, State& state,
+                                  const std::function<void(const std::string&)>& log) {
   NewtonOutcome outcome;
   double remaining = 1;  // part of the prescribed motion still to be made
   if (std::all_of(prescribed.motion.begin(), prescribed.motion.end(), [](double m) { return m == 0; })) remaining = 0;
@@ -420,8 +420,8 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     }
 
     if (!settings_.damps_soft_modes) adapt_cap(r.norm);
-    // As exact as the step deserves: far from the solution its nonlinearity is the larger error. Fibers that bodies take
-    // far along must not be distorted by a part of that.
+    // As exact as the step deserves: far from the solution its nonlinearity is the larger error. Fibers that bodies
+    // take far along must not be distorted by a part of that.
     const double tolerance = remaining > 0 ? 1e-5 : std::clamp(0.1 * goal / r.norm, 1e-4, 0.02);
     const double n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.

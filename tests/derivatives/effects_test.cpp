@@ -42,9 +42,9 @@ TEST(Derivatives, Rod) {
 }
 
 // Forces have a potential; how fast sections of beams grow along them, which feet feel that slide, is smoothed from
-// element to element. The tangent leaves out that points are held away from where they are lowest, and of beams how feet
-// that slide to sections of another size do so otherwise: that goes with the change of strain along a fiber, which is
-// what random steps make it.
+// element to element. The tangent leaves out that points are held away from where they are lowest, and of beams how
+// feet that slide to sections of another size do so otherwise: that goes with the change of strain along a fiber, which
+// is what random steps make it.
 TEST(Derivatives, ContactAndFriction) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
     TwoFibers scene(model);
@@ -73,7 +73,8 @@ TEST(Derivatives, CrossingOrder) {
   // Vertical forces have a potential where fibers are level; what is left out goes with their slopes.
   const double slope = 0.25;
   expect_consistent_derivatives(order, scene.layout, perturbed(scene.layout, scene.state, 0.05, 5), {slope, slope});
-  expect_consistent_derivatives(order, scene.layout, perturbed(scene.layout, scene.state, 0.001, 5), {0.5 * slope, 0.5 * slope});
+  expect_consistent_derivatives(order, scene.layout, perturbed(scene.layout, scene.state, 0.001, 5),
+                                {0.5 * slope, 0.5 * slope});
 }
 
 TEST(Derivatives, Proximal) {

@@ -1,10 +1,12 @@
 """Elastic forces of fibers: an own reading of the equations of micro/fiber/README.md."""
 
 import numpy as np
+from scipy.optimize import lsq_linear
 
 from states import node_slopes, value_hermite, value_lagrange
 
 GAUSS = 1 / np.sqrt(3)
+ACTS_WITHIN = 0.2  # of a radius
 
 
 def material(mesh, fiber):
@@ -128,6 +130,7 @@ def nodal_balance(state, start, fiber):
     rod = state.is_rod[fiber]
     force, size = rod_force(state, fiber) if rod else beam_force(state, start, fiber)
     contact_size = np.zeros(len(force))
+    shifts = []  # what the force on nodes changes by when a contact acts a unit farther along
     total = state.normal * state.normal_force[:, None] + state.friction  # on b
     for of, arc, sign in ((state.a, state.s_a, -1), (state.b, state.s_b, 1)):
         k = np.flatnonzero((of == fiber) & (np.linalg.norm(total, axis=1) > 0))
@@ -144,6 +147,24 @@ def nodal_balance(state, start, fiber):
             value, slope = np.eye(len(force)), node_slopes(len(force), h / 2)
             parts = (value[node], slope[node], value[node + 1], slope[node + 1])
             weights = sum(c[:, None] * x for c, x in zip(w, parts))
+            w = value_hermite(t, h / 2)[1]
+            along = sum(c[:, None] * x for c, x in zip(w, parts))
+            shifts.append(sign * along[:, :, None] * total[k][:, None, :])
         force += sign * weights.T @ total[k]
         contact_size += abs(weights).T @ np.linalg.norm(total[k], axis=1)
+    if shifts:
+        force = with_contacts_shifted(force, np.concatenate(shifts), ACTS_WITHIN * mesh.radius[fiber])
     return force, size, contact_size
+
+
+def with_contacts_shifted(force, shifts, most):
+    """The same with the forces of contacts where they fit best, up to `most` along the fiber: a contact on a
+    section that grows along it does not act at the point where it is nearest."""
+    inner = slice(1, -1)
+    columns = shifts[:, inner].reshape(len(shifts), -1).T
+    scale = np.linalg.norm(columns, axis=0)
+    used = scale > 1e-9 * scale.max(initial=0)
+    if not used.any():
+        return force
+    found = lsq_linear(columns[:, used] / scale[used], -force[inner].ravel(), bounds=(-most * scale[used], most * scale[used]))
+    return force + np.tensordot(found.x / scale[used], shifts[used], 1)

@@ -3,9 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
-
 #include <Eigen/Geometry>
+#include <numeric>
 
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
@@ -140,7 +139,8 @@ TEST(RigidMotion, OfALoadedSceneMovesTheResult) {
   const auto away = test::run_scene(crossing_scene(turn, shift));
   ASSERT_TRUE(home.done()) << home.summary.message;
   ASSERT_TRUE(away.done()) << away.summary.message;
-  const double pressed_home = total(home.last().contacts.normal_force), pressed_away = total(away.last().contacts.normal_force);
+  const double pressed_home = total(home.last().contacts.normal_force),
+               pressed_away = total(away.last().contacts.normal_force);
   ASSERT_GT(pressed_home, 1e-3) << "the fibers must touch for the test to mean something";
   // Both runs stop at residuals of 1e-8 of forces that axial stiffness dominates; bending is (L/R)² = 256 times softer.
   EXPECT_NEAR(pressed_away / pressed_home, 1, 1e-4);

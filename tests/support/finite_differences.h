@@ -119,7 +119,8 @@ inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, 
       return (effect.energy(shifted(at + h)) - effect.energy(shifted(at - h))) / (2 * h);
     };
     const double curvature = (slope_at(1e-4) - slope_at(-1e-4)) / 2e-4;
-    EXPECT_NEAR(v.dot(exact.tangent * v), curvature, (2e-4 + left_out.of_tangent) * exact.tangent.norm() * v.squaredNorm() + 1e-7)
+    EXPECT_NEAR(v.dot(exact.tangent * v), curvature,
+                (2e-4 + left_out.of_tangent) * exact.tangent.norm() * v.squaredNorm() + 1e-7)
         << effect.name();
   }
   // Force differences see every entry of K where no rotation is involved.

@@ -122,8 +122,8 @@ Index expected_dofs(const Combination& c) {
   return 6 * of_fiber(bundle_elements) + of_fiber(hairpin_elements) + (c.body ? 6 : 0);
 }
 
-/// Nodes that a contact at arc length s of a fiber may come to act on before it is looked for again: those to either side
-/// of s, of an enriched beam also the next ones, and the same at 1 % of the distance of nodes to either side.
+/// Nodes that a contact at arc length s of a fiber may come to act on before it is looked for again: those to either
+/// side of s, of an enriched beam also the next ones, and the same at 1 % of the distance of nodes to either side.
 std::vector<Index> nodes_beside(const FiberField& field, Index fiber, double s) {
   const bool enriched = field.model(fiber) == FiberModel::enriched;
   const Index first = field.element_node(fiber, 0), n = field.last_node(fiber) - first + 1, more = enriched ? 1 : 0;

@@ -32,8 +32,8 @@ struct Fibers {
     for (const double radius : radii)
       scene.fiber_types.push_back({"f" + std::to_string(scene.fiber_types.size()), 0, radius, model});
     for (std::size_t i = 0; i < curves.size(); ++i)
-      scene.fibers.push_back({std::to_string(i), static_cast<Index>(i % radii.size()), curves[i],
-                              n_elements[i % n_elements.size()], {}});
+      scene.fibers.push_back(
+          {std::to_string(i), static_cast<Index>(i % radii.size()), curves[i], n_elements[i % n_elements.size()], {}});
     return assemble_scene(scene);
   }
   Assembly assembly;
@@ -213,11 +213,11 @@ TEST(Proximity, NoContactOfCurvedFibersIsMissed) {
       const double distance = (1 + thick) * (1 - 0.02 * uniform(generator)) - 0.02;
       const bool hooked = n % 2 == 0;
       const double half_a = std::min(12.0, 2.0 / kappa_a), half_b = std::min(12.0 * thick, 2.0 / kappa_b);
-      const Fibers f(model,
-                     {arc(kappa_a, half_a, 0, distance, hooked ? -1 : 1), arc(kappa_b, half_b, angle, 0, hooked ? 1 : -1)},
-                     {12, 16}, {1, thick});
-      SCOPED_TRACE(testing::Message() << "scene " << n << ": kappa " << kappa_a << ", " << kappa_b << ", angle " << angle
-                                      << ", radius " << thick);
+      const Fibers f(
+          model, {arc(kappa_a, half_a, 0, distance, hooked ? -1 : 1), arc(kappa_b, half_b, angle, 0, hooked ? 1 : -1)},
+          {12, 16}, {1, thick});
+      SCOPED_TRACE(testing::Message() << "scene " << n << ": kappa " << kappa_a << ", " << kappa_b << ", angle "
+                                      << angle << ", radius " << thick);
       compare_with_oracle(f, {});
     }
 }
@@ -226,7 +226,8 @@ TEST(Proximity, FibersThatWindAroundOthersTouchThemAlongALineAtAnyAngle) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod})
     for (const double core : {1.0, 5.0})
       for (const double lay : {5.0, 15.0, 29.0, 31.0, 45.0, 60.0, 75.0, 85.0}) {
-        const double beta = lay * std::numbers::pi / 180, radius = core + 0.99, pitch = 2 * std::numbers::pi * radius / std::tan(beta);
+        const double beta = lay * std::numbers::pi / 180, radius = core + 0.99,
+                     pitch = 2 * std::numbers::pi * radius / std::tan(beta);
         constexpr int n_points = 64;
         const double turns = 1.5;
         std::vector<Vec3> helix;
