@@ -166,5 +166,6 @@ def with_contacts_shifted(force, shifts, most):
     used = scale > 1e-9 * scale.max(initial=0)
     if not used.any():
         return force
-    found = lsq_linear(columns[:, used] / scale[used], -force[inner].ravel(), bounds=(-most * scale[used], most * scale[used]))
+    limit = most * scale[used]
+    found = lsq_linear(columns[:, used] / scale[used], -force[inner].ravel(), bounds=(-limit, limit))
     return force + np.tensordot(found.x / scale[used], shifts[used], 1)
