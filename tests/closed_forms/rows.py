@@ -537,7 +537,7 @@ def pull_out(mu):
                 "no friction",
                 0.0,
                 ratio,
-                5e-3,
+                1e-3,
                 "where contact ends, the core's section swells from element to element",
                 absolute=True,
             )
