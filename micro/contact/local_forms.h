@@ -67,6 +67,9 @@ class LocalForms {
   void scatter_tangent(Matrix& k, Assembler& assembler) const;
 
  private:
+  /// Calls visit(node, side, its number among those of the side).
+  template <typename Visit>
+  void for_each_node(Visit&& visit) const;
   [[nodiscard]] static int section_at(int side, int v) { return 12 + 6 * side + 3 * v; }
   /// Where a vector of a node stands in a form, and its weights there: those of r and r', or of a section vector alone.
   struct Parts {

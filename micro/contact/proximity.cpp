@@ -248,8 +248,6 @@ double share_beside_end(const FiberField& field, const Foot& foot) {
 }
 
 constexpr double least_share = 1e-6;
-// Points are held as by half of the curvature that makes a point of a valley.
-constexpr double half_steep = 0.5 * rise_of_points / 0.125;
 
 /// A point contact; nothing where its fibers are apart, or stay at this distance along a line.
 std::optional<Proximity> make_point(const FiberField& field, const State& state, const ProximitySearch& search,
@@ -273,7 +271,9 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   if (at_end(chord->a)) share *= share_beside_end(field, chord->b);
   if (at_end(chord->b)) share *= share_beside_end(field, chord->a);
   if (share < least_share) return std::nullopt;
-  const double held_by = half_steep / (spacing * spacing) * smaller_radius(field, a.fiber, b.fiber) * sum;
+  // Half of the curvature that makes a point of a valley.
+  const double steep = rise_of_points * smaller_radius(field, a.fiber, b.fiber) / rise_over_half_spacing(1, spacing);
+  const double held_by = 0.5 * steep * sum;
   return Proximity{*chord,
                    share * covered * sum,
                    share,
@@ -286,7 +286,7 @@ bool is_nearest_around(const Near* begin, const Near* end, const Near& n) {
   const auto key = [](const Near& m) { return std::make_pair(m.a->number, m.b->number); };
   for (Index i = n.a->number - 1; i <= n.a->number + 1; ++i) {
     const auto first = std::make_pair(i, n.b->number - 1), last = std::make_pair(i, n.b->number + 1);
-    for (auto m = std::lower_bound(begin, end, first, [&](const Near&x, const auto&k) { return key(x) < k; });
+    for (auto m = std::lower_bound(begin, end, first, [&](const Near& x, const auto& k) { return key(x) < k; });
          m != end && key(*m) <= last; ++m)
       if (m->distance < n.distance) return false;
   }

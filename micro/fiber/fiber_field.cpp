@@ -106,22 +106,29 @@ CurveJet FiberField::curve(const State& state, const CurveShape& shape) const {
   return {sum(shape.r), sum(shape.tangent), sum(shape.curvature)};
 }
 
+namespace {
+
+/// Of the section vectors at nodes, which begin at q, with a weight for each node.
+template <typename Weight>
+std::array<Vec3, 2> sum_sections(const Vec3* q, int n_nodes, Weight&& weight) {
+  std::array<Vec3, 2> g{Vec3::Zero(), Vec3::Zero()};
+  for (int a = 0; a < n_nodes; ++a)
+    for (int v = 0; v < 2; ++v) g[v] += weight(a) * q[3 * a + v + 1];
+  return g;
+}
+
+}  // namespace
+
 std::array<Vec3, 2> FiberField::section(const State& state, const CurveShape& shape) const {
   assert(shape.n_vectors == 3);
-  const Vec3* q = state.q.data() + layout_->first_vector(shape.first_node);
-  std::array<Vec3, 2> g{Vec3::Zero(), Vec3::Zero()};
-  for (int a = 0; a < shape.n_nodes; ++a)
-    for (int v = 0; v < 2; ++v) g[v] += shape.section[a] * q[3 * a + v + 1];
-  return g;
+  return sum_sections(state.q.data() + layout_->first_vector(shape.first_node), shape.n_nodes,
+                      [&](int a) { return shape.section[a]; });
 }
 
 std::array<Vec3, 2> FiberField::section_slope(const State& state, const CurveShape& shape) const {
   assert(shape.n_vectors == 3);
-  const Vec3* q = state.q.data() + layout_->first_vector(shape.first_node);
-  std::array<Vec3, 2> g{Vec3::Zero(), Vec3::Zero()};
-  for (int a = 0; a < shape.n_nodes; ++a)
-    for (int v = 0; v < 2; ++v) g[v] += shape.tangent[a][0] * q[3 * a + v + 1];
-  return g;
+  return sum_sections(state.q.data() + layout_->first_vector(shape.first_node), shape.n_nodes,
+                      [&](int a) { return shape.tangent[a][0]; });
 }
 
 std::string FiberField::describe(Index fiber, double s) const {

@@ -43,8 +43,7 @@ std::string describe_failure(const StageModel& model, const Stage& stage, const 
   if (!outcome.worst_dof) return what + end;
   return what + ", near " + model.describe_dof(*outcome.worst_dof) + end +
          ". Try more increments in this stage, a larger proximal term, a larger solver.max_newton_iterations or a "
-         "softer "
-         "contact.penalty";
+         "softer contact.penalty";
 }
 
 }  // namespace trame::micro

@@ -21,7 +21,8 @@ class Effect {
   /// A step from `start` to stage time t ∈ (0, 1] begins: take the load and the start values.
   virtual void begin_step(const State& /*start*/, double /*stage_time*/) {}
   /// Looks anew, at `state`, for what the effect acts on: which fibers are near each other. With `keep`, what it acts on
-  /// already stays as it is, and only what is missing is added: `state` is an equilibrium of that.
+  /// already stays as it is, and only what is missing is added: `state` is an equilibrium of that, or fibers go to and
+  /// fro.
   virtual void update(const State& /*state*/, bool /*keep*/ = false) {}
   /// A state along a step that is tried, the one with which an iteration begins, and likewise, but with what stays within
   /// iterations renewed: the limits of friction.

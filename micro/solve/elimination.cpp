@@ -10,6 +10,14 @@ namespace trame::micro {
 
 namespace {
 
+/// Calls visit(i) for the nodes i that are coupled to column node j and kept.
+template <typename Visit>
+void for_each_kept(const Pattern& pattern, std::span<const char> kept, Index j, Visit&& visit) {
+  std::size_t coupling = pattern.coupling_start(j);
+  for (const Index i : pattern.rows(j))
+    if (kept[coupling++]) visit(i);
+}
+
 /// Fill-reducing order and supernodes of a graph, by CHOLMOD.
 class Analysis {
  public:
@@ -29,9 +37,7 @@ class Analysis {
     const Index n = pattern.n_nodes();
     std::vector<int> start(n + 1, 0), rows;
     for (Index j = 0; j < n; ++j) {
-      std::size_t coupling = pattern.coupling_start(j);
-      for (const Index i : pattern.rows(j))
-        if (kept[coupling++]) rows.push_back(i);
+      for_each_kept(pattern, kept, j, [&](Index i) { rows.push_back(i); });
       start[j + 1] = static_cast<int>(rows.size());
     }
     cholmod_sparse graph{};
@@ -127,11 +133,8 @@ Elimination::Elimination(const Layout& layout, const Pattern& pattern, std::span
 
   block_start.assign(n + 1, 0);
   const auto column_of = [&](Index i, Index j) { return std::min(position[i], position[j]); };
-  for (Index j = 0; j < n; ++j) {
-    std::size_t coupling = pattern.coupling_start(j);
-    for (const Index i : pattern.rows(j))
-      if (kept[coupling++]) ++block_start[column_of(i, j) + 1];
-  }
+  for (Index j = 0; j < n; ++j)
+    for_each_kept(pattern, kept, j, [&](Index i) { ++block_start[column_of(i, j) + 1]; });
   for (Index k = 0; k < n; ++k) block_start[k + 1] += block_start[k];
   blocks.resize(block_start[n]);
   std::vector<std::size_t> at(block_start.begin(), block_start.end() - 1);

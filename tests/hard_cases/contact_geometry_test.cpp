@@ -313,7 +313,7 @@ TEST(ContactGeometry, ThinFiberOverOneAHundredTimesThicker) {
 }
 
 TEST(ContactGeometry, ThinFiberKinksAtAJoint) {
-  // Twice as far, with a joint of two elements at the edge, where the tangent jumps.
+  // Twice as far, with a joint of two elements at the edge.
   const RunResult result = hair_on_rope(40, 0.2);
   expect_clear_status(result);
   measured(fmt::format("{} at {:.2f} of the way", result.done() ? "done" : "gave up", result.last().stage_time));
