@@ -3,9 +3,7 @@
 #include <unistd.h>
 
 #include <cstdlib>
-
-// Declared here, because the header's name and place depend on which BLAS the system prefers.
-extern "C" char* openblas_get_corename();
+#include <string_view>
 
 namespace trame::workflows {
 
@@ -28,15 +26,16 @@ std::string fitting_blas_kernel(bool has_avx512, bool has_avx2_fma) {
   return has_avx512 ? "SKYLAKEX" : has_avx2_fma ? "HASWELL" : "";
 }
 
-void choose_blas_kernel(char** argv) {
-  const char* variable = "OPENBLAS_CORETYPE";
-  const std::string kernel = fitting_blas_kernel_here();
-  if (std::getenv(variable) != nullptr || kernel.empty()) return;
-  setenv(variable, kernel.c_str(), 0);
+void prepare_blas(char** argv) {
+  const char *kernel = "OPENBLAS_CORETYPE", *n_threads = "OPENBLAS_NUM_THREADS";
+  const std::string fitting = fitting_blas_kernel_here();
+  const bool keeps_kernel = std::getenv(kernel) != nullptr || fitting.empty();
+  const char* given_threads = std::getenv(n_threads);
+  if (keeps_kernel && given_threads != nullptr && given_threads == std::string_view("1")) return;
+  if (!keeps_kernel) setenv(kernel, fitting.c_str(), 0);
+  setenv(n_threads, "1", 1);
   execv("/proc/self/exe", argv);
   // Without /proc the program goes on, correct but slower.
 }
-
-std::string blas_kernel() { return openblas_get_corename(); }
 
 }  // namespace trame::workflows

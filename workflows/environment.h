@@ -9,12 +9,11 @@ namespace trame::workflows {
 /// The OpenBLAS kernel that fits the instruction sets of a CPU; empty where OpenBLAS's own choice is as good.
 [[nodiscard]] std::string fitting_blas_kernel(bool has_avx512, bool has_avx2_fma);
 
-/// OpenBLAS meets CPUs newer than itself with kernels two to three times too slow, and reads OPENBLAS_CORETYPE, which
-/// tells it better, only as the process starts. So where that variable is unset this sets it and executes the program
-/// again. Call it first thing in main; OPENBLAS_CORETYPE set by the user, even to nothing, is left alone.
-void choose_blas_kernel(char** argv);
-
-/// The kernel that OpenBLAS runs, for a log.
-[[nodiscard]] std::string blas_kernel();
+/// Sets what OpenBLAS reads only as the process starts, and executes the program again where that was not so already.
+/// OPENBLAS_CORETYPE: it meets CPUs newer than itself with kernels two to three times too slow; set by the user, even
+/// to nothing, it is left alone. OPENBLAS_NUM_THREADS = 1: we have no use for its threads, which are there before main
+/// and so would get signals that ours block, and which under a limit of address space (ulimit -v) try for ever to get
+/// their memory. Call it first thing in main.
+void prepare_blas(char** argv);
 
 }  // namespace trame::workflows

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <omp.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -21,6 +20,7 @@
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/core/text.h"
+#include "workflows/environment.h"
 
 namespace trame::workflows {
 
@@ -30,16 +30,6 @@ namespace {
 void open_standard_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(descriptor, F_GETFD) < 0 && open("/dev/null", O_RDWR) != descriptor) _exit(exit_unexpected);
-}
-
-/// OpenBLAS reads the number of its threads as the process starts.
-void leave_out_blas_threads(char** argv) {
-  const char* variable = "OPENBLAS_NUM_THREADS";
-  rlimit limit{};
-  const bool is_limited = getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
-  if (!is_limited || std::getenv(variable) != nullptr) return;
-  setenv(variable, "1", 0);
-  execv("/proc/self/exe", argv);
 }
 
 /// The lines of a message; what it quotes does not steer the terminal.
@@ -111,7 +101,7 @@ std::string running_program = "trame";
 
 int run_main(const std::string& program, char** argv, const std::function<int()>& body) {
   open_standard_streams();
-  leave_out_blas_threads(argv);
+  prepare_blas(argv);
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   running_program = program;

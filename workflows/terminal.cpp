@@ -1,12 +1,14 @@
 #include "workflows/terminal.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <array>
 #include <cmath>
 #include <csignal>
+#include <thread>
 
 #include "micro/core/text.h"
 
@@ -14,14 +16,37 @@ namespace trame::workflows {
 
 namespace {
 
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+std::atomic<bool> stops_on_signals{false}, stop_requested{false};
 
-void request_stop(int) {
-  stop_requested = true;
-  static constexpr std::string_view notice =
-      "\nStopping after this iteration; every increment up to here is saved. Again: stop at once.\n";
-  [[maybe_unused]] const auto n = write(STDERR_FILENO, notice.data(), notice.size());
+/// The signals by which a run is asked to stop: a terminal that is closed unless nohup had it ignored, and a batch
+/// system's limit of computing time.
+sigset_t stop_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGINT, SIGTERM, SIGXCPU, SIGHUP}) {
+    struct sigaction before {};
+    if (signal == SIGHUP && sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;
+    std::signal(signal, SIG_DFL);  // what is ignored would not be waited for either
+    sigaddset(&signals, signal);
+  }
+  return signals;
+}
+
+void answer_signals(const sigset_t& signals) {
+  for (;;) {
+    int signal = 0;
+    sigwait(&signals, &signal);
+    if (!stops_on_signals || stop_requested) {
+      std::signal(signal, SIG_DFL);
+      pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+      std::raise(signal);
+    }
+    static constexpr std::string_view notice =
+        "\nStopping after this iteration; every increment up to here is saved. Again: stop at once.\n";
+    [[maybe_unused]] const auto n = write(STDERR_FILENO, notice.data(), notice.size());
+    stop_requested = true;
+    stop_requested.notify_all();
+  }
 }
 
 std::size_t screen_width(std::FILE* stream) {
@@ -96,16 +121,16 @@ void Terminal::end_progress() {
   progress_open_ = false;
 }
 
+void watch_signals() {
+  // A thread waits for them, rather than a handler: METIS puts one of its own in that place while it orders a matrix,
+  // which would end the ordering half done, and lose the signal. Threads that are made later block them as this one.
+  const sigset_t signals = stop_signals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::thread(answer_signals, signals).detach();
+}
+
 const std::atomic<bool>& stop_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = request_stop;
-  action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  sigaction(SIGXCPU, &action, nullptr);  // a batch system's limit of computing time
-  // A terminal that is closed, unless nohup had it ignored.
-  struct sigaction before {};
-  if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
+  stops_on_signals = true;
   return stop_requested;
 }
 

@@ -40,8 +40,11 @@ class Terminal {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// From here on the first Ctrl-C (or SIGTERM, or SIGXCPU, or SIGHUP where it was not ignored) sets the returned flag
-/// and says so; a second one ends the process at once.
+/// Ctrl-C (or SIGTERM, or SIGXCPU, or SIGHUP where it was not ignored) ends the process from here on whatever libraries
+/// do with these signals. To be called once, before there are other threads. Children block them unless they are given
+/// a mask of their own.
+void watch_signals();
+/// From here on the first of these signals sets the returned flag and says so; a second one ends the process at once.
 [[nodiscard]] const std::atomic<bool>& stop_on_signals();
 
 }  // namespace trame::workflows

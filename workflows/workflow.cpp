@@ -13,10 +13,10 @@
 #include "micro/states/fibers_vtk.h"
 #include "micro/states/snapshot.h"
 #include "micro/simulate.h"
+#include "micro/solve/threads.h"
 #include "workflows/accuracy/estimate.h"
 #include "workflows/accuracy/profile.h"
 #include "workflows/command_line.h"
-#include "workflows/environment.h"
 #include "workflows/file_probe.h"
 #include "workflows/load_ratio.h"
 #include "workflows/memory.h"
@@ -286,7 +286,7 @@ int run_command_line(const Program& program, int argc, char** argv) {
   tell_beginning(terminal, scene, beginning);
   if (!options->accuracy.empty()) terminal.line(accuracy_text(*task.profile, *task.known_run));
   if (options->check) return exit_done;
-  if (options->verbose) terminal.line(fmt::format("OpenBLAS kernel {}", blas_kernel()));
+  if (options->verbose) terminal.line(fmt::format("OpenBLAS kernel {}", micro::blas_kernel()));
   return run_scene(task, *options, beginning, program, terminal);
 }
 
@@ -294,7 +294,7 @@ int run_command_line(const Program& program, int argc, char** argv) {
 
 int run_program(const Program& program, int argc, char** argv) {
   return run_main(program.name, argv, [&] {
-    choose_blas_kernel(argv);
+    watch_signals();
     return run_command_line(program, argc, argv);
   });
 }

@@ -5,6 +5,7 @@
 // The BLAS of Debian; its own header is not where others find it.
 extern "C" void openblas_set_num_threads(int n_threads);
 extern "C" int openblas_get_num_threads();
+extern "C" char* openblas_get_corename();
 
 namespace trame::micro {
 
@@ -18,5 +19,7 @@ Threads::~Threads() {
   omp_set_num_threads(before_);
   openblas_set_num_threads(blas_before_);
 }
+
+std::string blas_kernel() { return openblas_get_corename(); }
 
 }  // namespace trame::micro

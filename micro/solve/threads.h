@@ -2,6 +2,8 @@
 /// \file
 /// The one place that says how many threads compute.
 
+#include <string>
+
 namespace trame::micro {
 
 /// For as long as it lives, parallel loops have `n` threads (0: as many as the caller has), and BLAS, which is called
@@ -17,5 +19,8 @@ class Threads {
  private:
   int before_, blas_before_, n_;
 };
+
+/// The kernel that OpenBLAS runs, for a log.
+[[nodiscard]] std::string blas_kernel();
 
 }  // namespace trame::micro

@@ -1,6 +1,7 @@
 #include "workflows/terminal.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -58,14 +59,38 @@ TEST(ProgressText, GuessesNoTimeAtTheStartAndAtTheEnd) {
 
 TEST(StopOnSignals, AsksFirstAndEndsAtTheSecondTime) {
   const auto interrupt_twice = [] {
+    watch_signals();
     const std::atomic<bool>& stop = stop_on_signals();
     if (stop) std::exit(1);
-    std::raise(SIGINT);
-    if (!stop) std::exit(2);
-    std::raise(SIGINT);
-    std::exit(3);
+    kill(getpid(), SIGINT);
+    stop.wait(false);
+    kill(getpid(), SIGINT);
+    sleep(10);
+    std::exit(2);
   };
   EXPECT_EXIT(interrupt_twice(), testing::KilledBySignal(SIGINT), "Stopping after this iteration");
+}
+
+TEST(StopOnSignals, NothingElseEndsAtTheFirstTime) {
+  const auto interrupt = [] {
+    watch_signals();
+    kill(getpid(), SIGINT);
+    sleep(10);
+    std::_Exit(1);
+  };
+  EXPECT_EXIT(interrupt(), testing::KilledBySignal(SIGINT), "^$");
+}
+
+TEST(StopOnSignals, AreNotLostWhereALibraryHandlesThemMeanwhile) {
+  const auto handle_meanwhile = [] {
+    watch_signals();
+    const std::atomic<bool>& stop = stop_on_signals();
+    std::signal(SIGTERM, [](int) { std::_Exit(1); });  // as METIS does
+    kill(getpid(), SIGTERM);
+    stop.wait(false);
+    std::_Exit(stop ? 0 : 2);
+  };
+  EXPECT_EXIT(handle_meanwhile(), testing::ExitedWithCode(0), "Stopping after this iteration");
 }
 
 TEST(BlasKernel, FollowsTheInstructionSets) {

@@ -163,6 +163,7 @@ int measure(const StudyCommand& command, Terminal& terminal) {
 }
 
 int run(int argc, char** argv) {
+  watch_signals();
   Terminal terminal(stdout);
   const std::optional<StudyCommand> command = parse(argc, argv);
   return command ? measure(*command, terminal) : exit_done;

@@ -1,13 +1,15 @@
 #include "workflows/accuracy/measured_run.h"
 
 #include <fcntl.h>
-#include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
+#include <utility>
+
+#include "workflows/child_process.h"
 
 namespace trame::workflows {
 
@@ -22,19 +24,15 @@ MeasuredRun run_measured(std::vector<std::string> command, const std::filesystem
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
   posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  std::vector<char*> arguments;
-  for (std::string& word : command) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
   const auto start = std::chrono::steady_clock::now();
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, arguments.front(), &actions, nullptr, arguments.data(), environ);
+  const std::optional<pid_t> child = spawn(std::move(command), actions);
   posix_spawn_file_actions_destroy(&actions);
   MeasuredRun run;
   run.exit_code = -1;
-  if (failed != 0) return run;
+  if (!child) return run;
   int status = 0;
   rusage usage{};
-  while (wait4(child, &status, 0, &usage) < 0)
+  while (wait4(*child, &status, 0, &usage) < 0)
     if (errno != EINTR) return run;
   run.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   run.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
