@@ -33,6 +33,18 @@ std::vector<double> units_of_motion(const StageModel& model) {
   return units;
 }
 
+/// Fibers, each to be in equilibrium by itself: in strains, to 3·10⁻¹⁰.
+std::vector<NewtonSettings::Part> fibers_apart(const StageModel& model) {
+  constexpr double negligible_strain = 3e-10;
+  const FiberMesh& mesh = model.field.mesh();
+  std::vector<NewtonSettings::Part> parts;
+  for (Index f = 0; f < mesh.n_fibers(); ++f)
+    parts.push_back({model.layout.first_vector(model.field.element_node(f, 0)),
+                     model.layout.first_vector(model.field.last_node(f) + 1),
+                     negligible_strain * mesh.axial_stiffness[f]});
+  return parts;
+}
+
 }  // namespace
 
 NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std::function<bool()> stop) {
@@ -42,6 +54,7 @@ NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std:
                           .precision = scene.solver.factor_precision,
                           .damps_soft_modes = model.proximal == nullptr,
                           .units = units_of_motion(model),
+                          .parts = fibers_apart(model),
                           .stop = std::move(stop)};
   if (model.contact) settings.travel_cap = scene.contact.search_margin;
   return settings;

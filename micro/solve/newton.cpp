@@ -114,7 +114,21 @@ Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
     for (const double m : inner_) scale += m * m;  // nothing but fibers
   r.norm = std::sqrt(sum);
   r.scale = std::sqrt(scale);
+  r.worst_part = worst_part(prescribed);
   return r;
+}
+
+double NewtonSolver::worst_part(const PrescribedMotion& prescribed) const {
+  constexpr double tolerance = 0.01;  // of the forces that the part gets from outside
+  double worst = 0;
+  for (const NewtonSettings::Part& part : settings_.parts) {
+    double sum = 0, scale = 0;
+    for (Index d = 3 * part.begin; d < 3 * part.end; ++d)
+      if (!prescribed.fixed[d]) sum += force_[d] * force_[d];
+    for (Index v = part.begin; v < part.end; ++v) scale += outer_[v] * outer_[v];
+    worst = std::max(worst, std::sqrt(sum) / (tolerance * std::sqrt(scale) + std::max(part.negligible, round_off_)));
+  }
+  return worst;
 }
 
 Residual NewtonSolver::evaluate(Effects& effects, const PrescribedMotion& prescribed, const State& state,
@@ -409,7 +423,7 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
       log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
                       indefinite_ ? "  (indefinite)" : ""));
     const double goal = this->goal(r, slack);
-    if (remaining == 0 && r.norm <= goal) return outcome;
+    if (remaining == 0 && is_equilibrium(r, slack)) return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
       outcome.status = NewtonOutcome::Status::too_many_iterations;
       return outcome;

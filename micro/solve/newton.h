@@ -30,6 +30,13 @@ struct NewtonSettings {
   /// far, held back by a proximal term, single ones that are free to go run ahead into others.
   bool damps_soft_modes = true;
   std::vector<double> units;  ///< of each vector: what counts as far
+  /// Consecutive vectors that must be in equilibrium by themselves, as those of a fiber: what others are loaded with
+  /// does not excuse a part of which next to nothing is asked.
+  struct Part {
+    Index begin = 0, end = 0;
+    double negligible = 0;  ///< residual norm that is nothing for it, force
+  };
+  std::vector<Part> parts;
   std::function<bool()> stop = [] { return false; };  ///< asked before each iteration: whether to end without a result
 };
 
@@ -64,6 +71,7 @@ struct PrescribedMotion {
 /// forces would hide all of them.)
 struct Residual {
   double norm = 0, scale = 0;
+  double worst_part = 0;  ///< norm of a part over what it may be; 1 is just equilibrium
   Index worst_dof = 0;
   [[nodiscard]] double relative() const { return scale > 0 ? norm / scale : norm; }
 };
@@ -100,7 +108,9 @@ class NewtonSolver {
   [[nodiscard]] const std::vector<double>& force() const { return force_; }
 
   /// Whether a residual is equilibrium, to `slack` times the tolerance, or to what round-off lets one tell.
-  [[nodiscard]] bool is_equilibrium(const Residual& r, double slack) const { return r.norm <= goal(r, slack); }
+  [[nodiscard]] bool is_equilibrium(const Residual& r, double slack) const {
+    return r.norm <= goal(r, slack) && r.worst_part <= slack;
+  }
 
   /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the
   /// cap.
@@ -116,6 +126,7 @@ class NewtonSolver {
  private:
   void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent);
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
+  [[nodiscard]] double worst_part(const PrescribedMotion& prescribed) const;
   [[nodiscard]] double goal(const Residual& r, double slack) const {
     return std::max({slack * settings_.force_tolerance * r.scale, settings_.force_floor, round_off_});
   }

@@ -26,6 +26,51 @@ TEST(Travel, AFiberThatNothingIsNearTakesFewIterations) {
   }
 }
 
+// What one fiber is loaded with does not excuse the rest of another's travel.
+TEST(Travel, AFiberIsInEquilibriumBesideOneThatIsLoaded) {
+  const auto held = [](const std::string& name, double z) {
+    std::string text = fmt::format(R"(
+      [[fiber]]
+      name = "{0}"
+      fiber_type = "t"
+      points = [["-0.3 mm", "0 mm", "{1} mm"], ["0.3 mm", "0 mm", "{1} mm"]]
+      elements = 24
+      )",
+                                   name, z);
+    for (const auto& [end, x] : {std::pair("start", -0.3), std::pair("end", 0.3)})
+      text += fmt::format(R"(
+        [[body]]
+        name = "{0}/{1}"
+        position = ["{2} mm", "0 mm", "{3} mm"]
+        tie = [{{ fibers = "{0}", end = "{1}" }}]
+        )",
+                          name, end, x, z);
+    return text;
+  };
+  for (const char* model : {"rod", "enriched"}) {
+    const Scene scene = parse_scene(fmt::format(R"(
+      material.m = {{ model = "isotropic", young_modulus = "3 GPa", poisson_ratio = 0.3 }}
+      fiber_type.t = {{ material = "m", diameter = "20 um", model = "{}" }}
+      {} {}
+      [[stage]]
+      name = "lift"
+      increments = 2
+      drive = [{{ bodies = "loaded/end", dof = "x", displacement = "12 um" }},
+               {{ bodies = "lifted/*", dof = "z", displacement = "-36 um" }}]
+      )",
+                                                model, held("loaded", 0), held("lifted", 1)),
+                                    "beside");
+    const RunResult result = run_scene(scene);
+    expect_done(result);
+    double force = 0;
+    for (const Vec3& f : {result.last().bodies.force[2], result.last().bodies.force[3]}) force += f.norm();
+    measured(fmt::format("{}: ends of the fiber that is only lifted hold it by {:.1e} N", model, force));
+    constexpr double stiffness = 3e9 * std::numbers::pi * 1e-10;
+    EXPECT_LT(force, 1e-9 * stiffness);
+    EXPECT_GT(result.last().bodies.force[1].norm(), 1e-2 * stiffness);
+  }
+}
+
 // Thrown from any height in one increment, a fiber lands on the other and is held by it as if it had been laid down.
 TEST(Travel, FibersThrownAtEachOtherDoNotPassThrough) {
   constexpr double degree = std::numbers::pi / 180, pressed_by = 0.5;
