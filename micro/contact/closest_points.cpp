@@ -23,7 +23,7 @@ Chord chord_between(const FiberField& field, const State& state, Foot a, Foot b)
 }
 
 std::optional<Chord> chord_at_mean_arc_length(const FiberField& field, const State& state, Index fiber_a, Index fiber_b,
-                                              double sense, double tau, double u, double reach) {
+                                              double sense, double tau, double u, double reach, const Vec2& lean) {
   const double h = std::min(field.element_length(fiber_a), field.element_length(fiber_b));
   const double start = u, longest_step = 0.5 * h;
   constexpr double infinite = std::numeric_limits<double>::infinity();
@@ -32,7 +32,7 @@ std::optional<Chord> chord_at_mean_arc_length(const FiberField& field, const Sta
     const double s_a = tau + u, s_b = sense * (tau - u);
     Chord chord = chord_between(field, state, {fiber_a, s_a}, {fiber_b, s_b});
     const Vec2 direction(1, -sense);
-    const double slope = chord.slope().dot(direction), curvature = direction.dot(chord.hessian() * direction);
+    const double slope = (chord.slope() + lean).dot(direction), curvature = direction.dot(chord.hessian() * direction);
     (slope > 0 ? high : low) = u;
     const double step = curvature > 0 ? std::clamp(-slope / curvature, -longest_step, longest_step)
                                       : std::copysign(longest_step, -slope);
@@ -57,17 +57,20 @@ bool is_held(double s, double length, double slope) { return (s <= 0 && slope >=
 }  // namespace
 
 std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b, double reach,
-                                    const Hold& hold) {
+                                    const Hold& hold, const Vec2& lean) {
   const double length_a = field.mesh().length(a.fiber), length_b = field.mesh().length(b.fiber);
   a.s = std::clamp(a.s, 0.0, length_a);
   b.s = std::clamp(b.s, 0.0, length_b);
   const double h_a = field.element_length(a.fiber), h_b = field.element_length(b.fiber);
   const Foot start_a = a, start_b = b;
+  const auto energy = [&](const Chord& chord) {
+    return hold.energy(chord) + lean.dot(Vec2(chord.a.s - start_a.s, chord.b.s - start_b.s));
+  };
   constexpr double longest = 0.25;
   double radius = longest;  // of the box in which the Hessian is trusted, in elements
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     Chord chord = chord_between(field, state, a, b);
-    const Vec2 slope = chord.slope() + hold.stiffness * hold.distance(chord) * hold.along();
+    const Vec2 slope = chord.slope() + lean + hold.stiffness * hold.distance(chord) * hold.along();
     const bool held_a = is_held(a.s, length_a, slope[0]), held_b = is_held(b.s, length_b, slope[1]);
     if (!held_a) chord.free[chord.n_free++] = Vec2(1, 0);
     if (!held_b) chord.free[chord.n_free++] = Vec2(0, 1);
@@ -94,7 +97,7 @@ std::optional<Chord> shortest_chord(const FiberField& field, const State& state,
     constexpr double small = 1e-3;
     const bool trusted = convex && std::abs(step[0]) < small * h_a && std::abs(step[1]) < small * h_b;
     const Chord trial = chord_between(field, state, {a.fiber, a.s + step[0]}, {b.fiber, b.s + step[1]});
-    if (!trusted && hold.energy(trial) > hold.energy(chord)) {
+    if (!trusted && energy(trial) > energy(chord)) {
       radius = 0.25 * std::min(size, radius);
       if (radius < settled) return chord;  // round-off decides
       continue;

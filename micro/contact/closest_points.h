@@ -50,10 +50,11 @@ struct Chord {
 
 /// The intermediate geometry of two stretches that run in the same sense σ = ±1 (fiber b is taken backwards for −1): at
 /// mean arc length τ = ½(s_a + σ s_b) the shortest chord over u = ½(s_a − σ s_b), which is normal to the mean tangent
-/// r_a' + σ r_b'. Feet may lie beyond the ends of their fibers. Nothing where there is none within `reach` of u.
+/// r_a' + σ r_b'. Feet may lie beyond the ends of their fibers. Nothing where there is none within `reach` of u. `lean`
+/// is the slope by (s_a, s_b) of what is added to ½|c|².
 [[nodiscard]] std::optional<Chord> chord_at_mean_arc_length(const FiberField& field, const State& state, Index fiber_a,
                                                             Index fiber_b, double sense, double tau, double u,
-                                                            double reach);
+                                                            double reach, const Vec2& lean = Vec2::Zero());
 
 /// Holds a chord near a mean arc length τ₀: minimised is ½|c|² + ½ η (τ − τ₀)², τ = ½(s_a + σ s_b). Where two fibers
 /// stay at one distance over a length, their lowest point would otherwise be anywhere along it.
@@ -71,8 +72,8 @@ struct Hold {
 };
 
 /// The shortest chord nearby, or one held: a local minimum over both feet, which may rest at ends of the fibers.
-/// Nothing where the feet would go farther than `reach`.
+/// Nothing where the feet would go farther than `reach`. `lean` as above.
 [[nodiscard]] std::optional<Chord> shortest_chord(const FiberField& field, const State& state, Foot a, Foot b,
-                                                  double reach, const Hold& hold = {});
+                                                  double reach, const Hold& hold = {}, const Vec2& lean = Vec2::Zero());
 
 }  // namespace trame::micro

@@ -47,18 +47,28 @@ std::vector<const ContactElement*> in_order(const std::vector<ContactElement>& e
   return sorted;
 }
 
+/// How far an element is from a place found anew, in arc length. Samples are where their mean arc length is: between
+/// feet of shortest chords and of smallest gaps there is little, unless sections are much inclined.
+double distance_along(const ContactElement& e, const Proximity& p) {
+  const double a = e.s_a - p.s_a(), b = e.s_b - p.s_b();
+  if (p.point) return 0.5 * (std::abs(a) + std::abs(b));
+  const double sense = p.hold.sense;
+  if (e.pair.hold.sense != sense) return std::numeric_limits<double>::infinity();
+  return std::abs(e.pair.hold.mean_arc_length - p.hold.mean_arc_length) + 0.125 * std::abs(a - sense * b);
+}
+
 /// The element of an earlier search in the same increment at the same place.
 const ContactElement* same_place(const std::vector<const ContactElement*>& before, const Proximity& p, double near) {
+  const double farthest = p.point ? 2 * near : 5 * near;  // of one foot
   auto e = std::partition_point(before.begin(), before.end(), [&](const ContactElement* x) {
-    return is_before(*x, p.fiber_a(), p.fiber_b(), p.s_a() - near);
+    return is_before(*x, p.fiber_a(), p.fiber_b(), p.s_a() - farthest);
   });
   const ContactElement* best = nullptr;
   double least = near;
-  for (;
-       e != before.end() && (*e)->fiber_a == p.fiber_a() && (*e)->fiber_b == p.fiber_b() && (*e)->s_a < p.s_a() + near;
+  for (; e != before.end() && (*e)->fiber_a == p.fiber_a() && (*e)->fiber_b == p.fiber_b() &&
+         (*e)->s_a < p.s_a() + farthest;
        ++e) {
-    const double distance = 0.5 * (std::abs((*e)->s_a - p.s_a()) + std::abs((*e)->s_b - p.s_b()));
-    if ((*e)->crossing == p.point && distance < least) {
+    if (const double distance = distance_along(**e, p); (*e)->crossing == p.point && distance < least) {
       least = distance;
       best = *e;
     }
@@ -178,6 +188,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   ContactElement e;
   e.pair = p;
   e.feet_at_iteration = {p.chord.a, p.chord.b};
+  e.lean_at_iteration = p.lean;
   e.fiber_a = p.fiber_a();
   e.fiber_b = p.fiber_b();
   e.length = p.length;
@@ -300,6 +311,7 @@ bool Contact::follow(const State& state, Follow what) {
     // From where the feet were when the iteration began: a long step that is tried and given up leaves no trace.
     e.pair.chord.a = e.feet_at_iteration[0];
     e.pair.chord.b = e.feet_at_iteration[1];
+    e.pair.lean = e.lean_at_iteration;
     micro::follow(field_, state, e);
   }
   if (what == Follow::trial) return false;
@@ -307,6 +319,7 @@ bool Contact::follow(const State& state, Follow what) {
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     ContactElement& e = elements_[i];
     e.feet_at_iteration = {e.pair.chord.a, e.pair.chord.b};
+    e.lean_at_iteration = e.pair.lean;
     grown = e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b) || grown;
     if (law_.friction && what == Follow::renewal) stick_slip_[i] = make_stick_slip(e, known_[i]);
   }

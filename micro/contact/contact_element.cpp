@@ -55,14 +55,12 @@ SeenSection see_section(const FiberField& field, const State& state, const Foot&
   return seen;
 }
 
-/// `growth_a`, `growth_b`: derivatives of R |w| by arc length.
-Gap::Sliding sliding(const Gap& g, const Proximity& pair, double growth_a, double growth_b) {
+Gap::Sliding sliding(const Gap& g, const Proximity& pair) {
   Gap::Sliding s;
   const Chord& chord = pair.chord;
   if (g.inverse_distance == 0 || chord.n_free == 0) return s;
   Eigen::Matrix2d of_distance = Eigen::Matrix2d::Zero(), of_hold = Eigen::Matrix2d::Zero();
   Vec2 slope = Vec2::Zero();
-  const Vec3 x = g.a.outermost - g.b.outermost;
   const double held_by = pair.point ? g.inverse_distance * pair.hold.stiffness : 0;
   for (int i = 0; i < chord.n_free; ++i) {
     const Vec2& f = chord.free[i];
@@ -74,8 +72,7 @@ Gap::Sliding sliding(const Gap& g, const Proximity& pair, double growth_a, doubl
           g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature - f[0] * chord.free[j][0] * chord.at_a.curvature);
       of_hold(i, j) = of_hold(j, i) = held_by * f.dot(pair.hold.along()) * chord.free[j].dot(pair.hold.along());
     }
-    slope[i] =
-        g.normal.dot(s.along[i]) - g.inverse_distance * x.dot(g.across(s.along[i])) - f[0] * growth_a - f[1] * growth_b;
+    slope[i] = g.normal.dot(s.along[i]) + g.inverse_distance * f.dot(g.lean);
   }
   Eigen::Matrix2d a = of_distance + of_hold;
   if (chord.n_free == 1) a(1, 1) = 1;
@@ -105,9 +102,15 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
                     b = see_section(field, state, e.pair.chord.b, e.radius_b, -g.normal);
   g.a = a.section;
   g.b = b.section;
-  g.value = g.normal.dot(c) - e.offset - a.size - b.size;
-  g.sliding = sliding(g, e.pair, a.slope, b.slope);
-  g.force_direction = g.normal - g.inverse_distance * g.across(g.a.outermost - g.b.outermost);
+  const double d = g.normal.dot(c);
+  g.value = d - e.offset - a.size - b.size;
+  const Vec3 turned = g.inverse_distance * g.across(g.a.outermost - g.b.outermost);
+  g.force_direction = g.normal - turned;
+  g.lean = Vec2::Zero();
+  if (reliable)
+    g.lean =
+        d * Vec2(turned.dot(e.pair.chord.at_a.tangent) - a.slope, -turned.dot(e.pair.chord.at_b.tangent) - b.slope);
+  g.sliding = sliding(g, e.pair);
   for (int i = 0; i < g.sliding.n; ++i) g.force_direction -= g.sliding.drift[i] * g.sliding.turn[i];
   e.normal = g.normal;
   e.s_a = e.pair.chord.a.s;
@@ -115,8 +118,27 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
 }
 
 void follow(const FiberField& field, const State& state, ContactElement& e) {
-  follow(field, state, e.pair);
-  measure(field, state, e);
+  // Sections tilt against the chord as a foot leaves the lowest point, which is as steep as the chord itself: half of
+  // the way at first, then as far as the last round tells (Aitken's relaxation).
+  constexpr int most_rounds = 20;
+  constexpr double settled = 1e-9;
+  double relaxation = 0.5;
+  Vec2 before = Vec2::Zero();
+  for (int round = 0; round < most_rounds; ++round) {
+    follow(field, state, e.pair);
+    measure(field, state, e);
+    if (e.pair.hold.stiffness > 0) return;
+    Vec2 rest = Vec2::Zero();  // of what feet that are free feel
+    for (int i = 0; i < e.pair.chord.n_free; ++i) {
+      const Vec2& f = e.pair.chord.free[i];
+      rest += f * (f.dot(e.measured.lean - e.pair.lean) / f.squaredNorm());
+    }
+    if (rest.norm() <= settled * e.pair.chord.c.norm()) return;
+    if (const Vec2 change = rest - before; round > 0 && change.squaredNorm() > 0)
+      relaxation = std::clamp(-relaxation * before.dot(change) / change.squaredNorm(), 0.1, 2.0);
+    before = rest;
+    e.pair.lean += relaxation * rest;
+  }
 }
 
 void place_particles(const FiberField& field, ContactElement& e) {
@@ -220,7 +242,7 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
   LocalForms::Matrix k = local.zero_matrix();
   LocalForms::add_square(gradient, e.stiffness(p_reg), k);
   // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure. Left
-  // out is δz, of the order of a section's strain per radius and of how far a foot is held from the lowest point.
+  // out is how the feet slide as sections change, of the order of a section's strain per radius.
   const bool exact = assembler.tangent() == Assembler::Tangent::exact && g.inverse_distance != 0;
   const auto add_outline = [&](int side, const Gap::Section& section) {
     if (section.curvature == 0) return;

@@ -102,7 +102,9 @@ struct ContactHistory {
 ///   g = n·c − R_a |w_a| − R_b |w_b| − offset,   c = r_b − r_a,  n = ±c/|c|,  w = (n·g₁, n·g₂).
 /// R |w| is the support function of a section in direction n: its outline may turn without changing the gap. (With
 /// particles fixed on the outline instead, a squeezed fiber gains energy by spinning out of the way, which only torsion
-/// resists.) The feet are where |c| is stationary, so that they slide along with the fibers.
+/// resists.) The feet are where g is stationary: they slide along with the fibers, and δg is as if they did not, so
+/// that forces know neither of the curvatures of the fibers, which jump at their nodes, nor of where fibers end. Feet
+/// that are held (Hold) are where what holds them and |c| are.
 struct Gap {
   /// Of one side; all zero for rods, whose radius is in the offset.
   struct Section {
@@ -111,23 +113,24 @@ struct Gap {
     Vec3 outermost = Vec3::Zero();  ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
     Vec3 beside = Vec3::Zero();     ///< (−w₂ g₁ + w₁ g₂)/|w|
   };
-  /// How the feet slide along their free directions e: with d = n·c, F what they minimise, over d, the forms B_e =
-  /// δ(∂F/∂e) and A = ∂²F/∂e∂e', by δs = −A⁻¹ B.
+  /// How the feet slide along their free directions e: with d = n·c, F = ½|c|² and what holds them, over d, the forms
+  /// B_e = δ(∂F/∂e) and A = ∂²F/∂e∂e', by δs = −A⁻¹ B.
   struct Sliding {
     int n = 0;
     std::array<Vec3, 2> along;                          ///< ∂c/∂e
     std::array<Vec3, 2> turn;                           ///< the part of B_e that goes with δc
     Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  ///< A⁻¹
     Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();  ///< 2A⁻¹ − A⁻¹ A_d A⁻¹, A_d of d alone: δ²d = … − B·bend B
-    Vec2 drift = Vec2::Zero();  ///< z = A⁻¹ ∂g/∂e: what B takes off δg as feet slide to where g is another
+    Vec2 drift = Vec2::Zero();  ///< z = A⁻¹ ∂g/∂e: what B takes off δg of feet that are held
   };
   double value = 0;
   Vec3 normal = Vec3::UnitZ();  ///< n, from a to b
   double inverse_distance = 0;  ///< 1/(n·c); 0 where axes are so close that the normal is held
+  Vec2 lean = Vec2::Zero();     ///< d ∂(g − d)/∂(s_a, s_b): by this feet lean away from where d is stationary
   Section a, b;
   Sliding sliding;
   /// m of the force f m on b: δg = m·δc where sections move with their centres. Normal to the outlines; it differs from
-  /// n where sections stand inclined to the chord, or grow along the fiber.
+  /// n where sections stand inclined to the chord.
   Vec3 force_direction = Vec3::UnitZ();
 
   [[nodiscard]] Vec3 across(const Vec3& v) const { return v - normal * normal.dot(v); }
@@ -135,8 +138,9 @@ struct Gap {
 
 /// A pair of points that may touch.
 struct ContactElement {
-  Proximity pair;  ///< feet and chord at the state last followed
-  std::array<Foot, 2> feet_at_iteration;
+  Proximity pair;                         ///< feet and chord at the state last followed
+  std::array<Foot, 2> feet_at_iteration;  ///< where they are followed from, with what leans on them
+  Vec2 lean_at_iteration = Vec2::Zero();
   Index fiber_a = 0, fiber_b = 0;
   double s_a = 0, s_b = 0;  ///< arc lengths of the feet
   CoveredNodes covered;     ///< of the pattern

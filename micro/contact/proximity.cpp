@@ -271,9 +271,9 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   if (at_end(chord->a)) share *= share_beside_end(field, chord->b);
   if (at_end(chord->b)) share *= share_beside_end(field, chord->a);
   if (share < least_share) return std::nullopt;
-  // Half of the curvature that makes a point of a valley.
+  // What the valley lacks to the curvature that makes a point of it.
   const double steep = rise_of_points * smaller_radius(field, a.fiber, b.fiber) / rise_over_half_spacing(1, spacing);
-  const double held_by = 0.5 * steep * sum;
+  const double held_by = std::max(0.0, steep - valley_curvature(*chord, sense, 0.5 * sum)) * chord->c.norm();
   return Proximity{*chord,
                    share * covered * sum,
                    share,
@@ -286,7 +286,7 @@ bool is_nearest_around(const Near* begin, const Near* end, const Near& n) {
   const auto key = [](const Near& m) { return std::make_pair(m.a->number, m.b->number); };
   for (Index i = n.a->number - 1; i <= n.a->number + 1; ++i) {
     const auto first = std::make_pair(i, n.b->number - 1), last = std::make_pair(i, n.b->number + 1);
-    for (auto m = std::lower_bound(begin, end, first, [&](const Near& x, const auto& k) { return key(x) < k; });
+    for (auto m = std::lower_bound(begin, end, first, [&](const Near&x, const auto&k) { return key(x) < k; });
          m != end && key(*m) <= last; ++m)
       if (m->distance < n.distance) return false;
   }
@@ -444,9 +444,9 @@ void follow(const FiberField& field, const State& state, Proximity& pair) {
   const Foot &a = pair.chord.a, &b = pair.chord.b;
   const double within = std::max(field.element_length(a.fiber), field.element_length(b.fiber));
   const auto chord =
-      pair.point ? shortest_chord(field, state, a, b, within, pair.hold)
+      pair.point ? shortest_chord(field, state, a, b, within, pair.hold, pair.lean)
                  : chord_at_mean_arc_length(field, state, a.fiber, b.fiber, pair.hold.sense, pair.hold.mean_arc_length,
-                                            0.5 * (a.s - pair.hold.sense * b.s), within);
+                                            0.5 * (a.s - pair.hold.sense * b.s), within, pair.lean);
   pair.chord = chord ? *chord : chord_between(field, state, a, b);
 }
 

@@ -19,14 +19,15 @@ namespace trame::micro {
 /// A pair of points on the centre lines, a < b (or s_a < s_b on one fiber).
 struct Proximity {
   Chord chord;
-  double length = 0;   ///< length of contact that it stands for
-  double share = 1;    ///< part of its surroundings that it stands for
-  bool point = false;  ///< the shortest chord nearby, not a sample along a line
-  Hold hold;           ///< σ and τ₀ of both kinds; a sample stays at τ₀
+  double length = 0;         ///< length of contact that it stands for
+  double share = 1;          ///< part of its surroundings that it stands for
+  bool point = false;        ///< the shortest chord nearby, not a sample along a line
+  Hold hold;                 ///< σ and τ₀ of both kinds; a sample stays at τ₀
+  Vec2 lean = Vec2::Zero();  ///< slope by (s_a, s_b) of what is minimised with ½|c|²: none while pairs are looked for
 
   /// The chord by its feet alone: where it is followed from.
   void keep(Archive& archive) {
-    archive(chord.a, chord.b, length, share, point, hold.stiffness, hold.sense, hold.mean_arc_length);
+    archive(chord.a, chord.b, length, share, point, hold.stiffness, hold.sense, hold.mean_arc_length, lean[0], lean[1]);
   }
 
   [[nodiscard]] Index fiber_a() const { return chord.a.fiber; }
@@ -46,8 +47,8 @@ struct ProximitySearch {
 [[nodiscard]] std::vector<Proximity> find_proximities(const FiberField& field, const State& state,
                                                       const ProximitySearch& search);
 
-/// The same pair at another state: feet have slid to where the chord is shortest, at the mean arc length of a sample.
-/// Where they would slide out of reach they stay.
+/// The same pair at another state: feet have slid to where the chord, with what leans on it, is shortest, at the mean
+/// arc length of a sample. Where they would slide out of reach they stay.
 void follow(const FiberField& field, const State& state, Proximity& pair);
 
 /// Which share of a contact samples stand for, the rest being a point's, where the distance rises by `rise` over half a
