@@ -71,8 +71,8 @@ struct PrescribedMotion {
 /// forces would hide all of them.)
 struct Residual {
   double norm = 0, scale = 0;
-  double worst_part = 0;  ///< norm of a part over what it may be; 1 is just equilibrium
   Index worst_dof = 0;
+  double worst_part = 0;  ///< norm of a part over what it may be; 1 is just equilibrium
   [[nodiscard]] double relative() const { return scale > 0 ? norm / scale : norm; }
 };
 
