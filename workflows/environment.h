@@ -13,7 +13,8 @@ namespace trame::workflows {
 /// OPENBLAS_CORETYPE: it meets CPUs newer than itself with kernels two to three times too slow; set by the user, even
 /// to nothing, it is left alone. OPENBLAS_NUM_THREADS = 1: we have no use for its threads, which are there before main
 /// and so would get signals that ours block, and which under a limit of address space (ulimit -v) try for ever to get
-/// their memory. Call it first thing in main.
+/// their memory. Starting again takes as long as loading a program's libraries: only for those that need it, before all
+/// else.
 void prepare_blas(char** argv);
 
 }  // namespace trame::workflows

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <omp.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -30,6 +31,11 @@ namespace {
 void open_standard_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(descriptor, F_GETFD) < 0 && open("/dev/null", O_RDWR) != descriptor) _exit(exit_unexpected);
+}
+
+bool is_address_space_limited() {
+  rlimit limit{};
+  return getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
 }
 
 /// The lines of a message; what it quotes does not steer the terminal.
@@ -101,7 +107,7 @@ std::string running_program = "trame";
 
 int run_main(const std::string& program, char** argv, const std::function<int()>& body) {
   open_standard_streams();
-  prepare_blas(argv);
+  if (is_address_space_limited()) prepare_blas(argv);
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGPIPE, SIG_IGN);
   running_program = program;

@@ -17,6 +17,7 @@
 #include "workflows/accuracy/estimate.h"
 #include "workflows/accuracy/profile.h"
 #include "workflows/command_line.h"
+#include "workflows/environment.h"
 #include "workflows/file_probe.h"
 #include "workflows/load_ratio.h"
 #include "workflows/memory.h"
@@ -294,6 +295,7 @@ int run_command_line(const Program& program, int argc, char** argv) {
 
 int run_program(const Program& program, int argc, char** argv) {
   return run_main(program.name, argv, [&] {
+    prepare_blas(argv);
     watch_signals();
     return run_command_line(program, argc, argv);
   });

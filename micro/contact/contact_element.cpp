@@ -88,7 +88,10 @@ Gap::Sliding sliding(const Gap& g, const Proximity& pair) {
 
 }  // namespace
 
-void measure(const FiberField& field, const State& state, ContactElement& e) {
+namespace {
+
+/// All of the gap but how its feet slide.
+void measure_at_feet(const FiberField& field, const State& state, ContactElement& e) {
   Gap& g = e.measured;
   const Vec3& c = e.pair.chord.c;
   const double distance = c.norm();
@@ -110,14 +113,19 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
   if (reliable)
     g.lean =
         d * Vec2(turned.dot(e.pair.chord.at_a.tangent) - a.slope, -turned.dot(e.pair.chord.at_b.tangent) - b.slope);
-  g.sliding = sliding(g, e.pair);
-  for (int i = 0; i < g.sliding.n; ++i) g.force_direction -= g.sliding.drift[i] * g.sliding.turn[i];
   e.normal = g.normal;
   e.s_a = e.pair.chord.a.s;
   e.s_b = e.pair.chord.b.s;
 }
 
-void follow(const FiberField& field, const State& state, ContactElement& e) {
+void let_feet_slide(ContactElement& e) {
+  Gap& g = e.measured;
+  g.sliding = sliding(g, e.pair);
+  for (int i = 0; i < g.sliding.n; ++i) g.force_direction -= g.sliding.drift[i] * g.sliding.turn[i];
+}
+
+/// Brings the feet to where the gap is lowest, or those that are held to where their hold has them, and measures there.
+void find_feet(const FiberField& field, const State& state, ContactElement& e) {
   // Sections tilt against the chord as a foot leaves the lowest point, which is as steep as the chord itself: half of
   // the way at first, then as far as the last round tells (Aitken's relaxation).
   constexpr int most_rounds = 20;
@@ -126,7 +134,7 @@ void follow(const FiberField& field, const State& state, ContactElement& e) {
   Vec2 before = Vec2::Zero();
   for (int round = 0; round < most_rounds; ++round) {
     follow(field, state, e.pair);
-    measure(field, state, e);
+    measure_at_feet(field, state, e);
     if (e.pair.hold.stiffness > 0) return;
     Vec2 rest = Vec2::Zero();  // of what feet that are free feel
     for (int i = 0; i < e.pair.chord.n_free; ++i) {
@@ -139,6 +147,18 @@ void follow(const FiberField& field, const State& state, ContactElement& e) {
     before = rest;
     e.pair.lean += relaxation * rest;
   }
+}
+
+}  // namespace
+
+void measure(const FiberField& field, const State& state, ContactElement& e) {
+  measure_at_feet(field, state, e);
+  let_feet_slide(e);
+}
+
+void follow(const FiberField& field, const State& state, ContactElement& e) {
+  find_feet(field, state, e);
+  let_feet_slide(e);
 }
 
 void place_particles(const FiberField& field, ContactElement& e) {

@@ -15,6 +15,7 @@
 #include "workflows/accuracy/work_precision.h"
 #include "workflows/child_process.h"
 #include "workflows/command_line.h"
+#include "workflows/environment.h"
 #include "workflows/output_directory.h"
 #include "workflows/report/gnuplot.h"
 #include "workflows/run_main.h"
@@ -163,6 +164,7 @@ int measure(const StudyCommand& command, Terminal& terminal) {
 }
 
 int run(int argc, char** argv) {
+  prepare_blas(argv);
   watch_signals();
   Terminal terminal(stdout);
   const std::optional<StudyCommand> command = parse(argc, argv);
