@@ -219,25 +219,28 @@ void EnrichedBeams::add(const State& state, Assembler& assembler) const {
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
       const Index first = field_.element_node(f, e);
       if (!assembler.touches(first, first + 2)) continue;
-      const Vec3* q = state.q.data() + field_.layout().first_vector(first);
+      const Index v = field_.layout().first_vector(first);
+      const Section& section = sections_[section_of_fiber_[f]];
+      const Vec3 *q = state.q.data() + v, *last_step = assembler.last_step() ? assembler.last_step() + v : nullptr;
       for (int g = 0; g < 2; ++g) {
         const auto n = quadratic_shape(gauss_points[g]);
         const auto dn = shape_derivative_by_arc(gauss_points[g], h);
-        add_gauss_point(interpolate<Z>(q, n, dn), sections_[section_of_fiber_[f]], reference(f, e, g), first, n, dn,
-                        h / 2, assembler);
+        const Z step = last_step ? interpolate<Z>(last_step, n, dn) : Z(Z::Zero());
+        add_gauss_point(interpolate<Z>(q, n, dn), step, section, reference(f, e, g), first, n, dn, h / 2, assembler);
       }
-      add_swelling(q, sections_[section_of_fiber_[f]], reference_swelling_[first_element_[f] + e], first,
-                   h / 2 * unseen, assembler);
+      add_swelling(q, last_step, section, reference_swelling_[first_element_[f] + e], first, h / 2 * unseen, assembler);
     }
   }
 }
 
-void EnrichedBeams::add_swelling(const Vec3* q, const Section& section, const Vec3& reference, Index first_node,
-                                 double weight, Assembler& assembler) const {
+void EnrichedBeams::add_swelling(const Vec3* q, const Vec3* last_step, const Section& section, const Vec3& reference,
+                                 Index first_node, double weight, Assembler& assembler) const {
   const Mat3 d = weight * section.stiffness.block<3, 3>(1, 1);
-  const Vec3 stress = d * (swelling(q) - reference);
+  const Vec3 actual = d * (swelling(q) - reference);
+  const Vec3 expected = last_step ? Vec3(actual - d * swelling(last_step)) : actual;
+  const Vec3& stress = assembler.expects_forces() ? expected : actual;
   Eigen::Matrix2d s;
-  s << stress[0], stress[2], stress[2], stress[1];
+  s << expected[0], expected[2], expected[2], expected[1];
   Eigen::Matrix<double, 3, 18> b;  // derivative by g₁, g₂ of the nodes
   for (int a = 0; a < 3; ++a) {
     const Vec3 g1 = second_difference[a] * q[3 * a + 1], g2 = second_difference[a] * q[3 * a + 2];
@@ -262,13 +265,20 @@ void EnrichedBeams::add_swelling(const Vec3* q, const Section& section, const Ve
     }
 }
 
-void EnrichedBeams::add_gauss_point(const Z& z, const Section& section, const Measures& reference, Index first_node,
-                                    const std::array<double, 3>& n, const std::array<double, 3>& dn, double weight,
-                                    Assembler& assembler) const {
-  const Measures stress = section.stiffness * (measures(z, section) - reference);
-  MeasureMatrix s = MeasureMatrix::Zero();  // S of the geometric part S ⊗ I₃
-  for (int k = 0; k < n_measures_; ++k) s += stress[k] * section.measure[k];
-  const Z force = weight * z * s;
+void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Section& section, const Measures& reference,
+                                    Index first_node, const std::array<double, 3>& n, const std::array<double, 3>& dn,
+                                    double weight, Assembler& assembler) const {
+  const Measures strain = measures(z, section) - reference;
+  // S of the gradient z S, and of the geometric part S ⊗ I₃ of the tangent.
+  const auto stress = [&](const Measures& strain) {
+    const Measures by_measure = section.stiffness * strain;
+    MeasureMatrix s = MeasureMatrix::Zero();
+    for (int k = 0; k < n_measures_; ++k) s += by_measure[k] * section.measure[k];
+    return s;
+  };
+  const MeasureMatrix actual = stress(strain);
+  MeasureMatrix s = assembler.last_step() ? stress(strain - measures(last_step, section)) : actual;
+  const Z force = weight * z * (assembler.expects_forces() ? s : actual);
 
   // Node vector v of node a enters z through at most two columns: r through z₀; g₁ through z₁, z₃; g₂ through z₂, z₄.
   static constexpr int by_value[3] = {-1, 1, 2}, by_derivative[3] = {0, 3, 4};

@@ -82,14 +82,16 @@ void Rods::add(const State& state, Assembler& assembler) const {
     if (field_.model(f) != FiberModel::rod) continue;
     if (!assembler.touches(field_.element_node(f, 0), field_.last_node(f))) continue;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
-      const Index first = field_.element_node(f, e);
-      if (assembler.touches(first, first + 1))
-        add_element(state.q.data() + field_.layout().first_vector(first), f, first, assembler);
+      const Index first = field_.element_node(f, e), v = field_.layout().first_vector(first);
+      if (!assembler.touches(first, first + 1)) continue;
+      const Vec3* last_step = assembler.last_step() ? assembler.last_step() + v : nullptr;
+      add_element(state.q.data() + v, last_step, f, first, assembler);
     }
   }
 }
 
-void Rods::add_element(const Vec3* q, Index fiber, Index first_node, Assembler& assembler) const {
+void Rods::add_element(const Vec3* q, const Vec3* last_step, Index fiber, Index first_node,
+                       Assembler& assembler) const {
   const double h = field_.element_length(fiber);
   std::array<Vec3, 4> force;
   force.fill(Vec3::Zero());
@@ -104,9 +106,11 @@ void Rods::add_element(const Vec3* q, Index fiber, Index first_node, Assembler& 
     const auto c = hermite_shape_derivative(p.t, h);
     const Vec3 d = combine(c, q);
     const double w = h * p.weight * axial_stiffness_[fiber], strain = 0.5 * (d.squaredNorm() - 1);
-    for (int i = 0; i < 4; ++i) force[i] += w * strain * c[i] * d;
+    const double expected = last_step ? strain - 0.5 * combine(c, last_step).squaredNorm() : strain;
+    const double of_force = assembler.expects_forces() ? expected : strain;
+    for (int i = 0; i < 4; ++i) force[i] += w * of_force * c[i] * d;
     const bool project = assembler.tangent() == Assembler::Tangent::projected;
-    if (assembler.wants_tangent()) add_tangent(c, w * (project ? std::max(strain, 0.0) : strain), w, d);
+    if (assembler.wants_tangent()) add_tangent(c, w * (project ? std::max(expected, 0.0) : expected), w, d);
   }
   for (const auto& p : gauss_points) {
     const auto c = hermite_shape_second_derivative(p.t, h);

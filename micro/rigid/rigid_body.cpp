@@ -45,12 +45,27 @@ void Ties::begin_step(const State& start, double) {
   for (Index b = 0; b < bodies_.n_bodies(); ++b) frozen_rotation_[b] = bodies_.pose(start, b).rotation;
 }
 
+Vec3 Ties::mean(const Vec3* vectors, const TieTerm& term) const {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [node, v] : term.members) sum += vectors[layout_.first_vector(node) + v];
+  return sum / static_cast<double>(term.members.size());
+}
+
 Ties::Deviation Ties::deviation(const State& state, const TieTerm& term) const {
-  const Pose pose = bodies_.pose(state, term.body);
+  return deviation(mean(state.q.data(), term), bodies_.pose(state, term.body), term);
+}
+
+Vec3 Ties::expected(const State& state, const Vec3* last_step, const TieTerm& term) const {
+  const Vec3 by_mean = mean(last_step, term);
+  const Deviation d =
+      deviation(mean(state.q.data(), term) - by_mean, bodies_.pose_before(state, last_step, term.body), term);
+  Vec3 by_body = bodies_.turn(last_step, term.body).cross(d.arm);
+  if (term.holds == TieTerm::Holds::point) by_body += bodies_.shift(last_step, term.body);
+  return d.e + d.by_mean * by_mean - d.projector * by_body;
+}
+
+Ties::Deviation Ties::deviation(const Vec3& mean, const Pose& pose, const TieTerm& term) const {
   const Mat3& r = frozen_rotation_[term.body];
-  Vec3 mean = Vec3::Zero();
-  for (const auto& [node, v] : term.members) mean += state.q[layout_.first_vector(node) + v];
-  mean /= static_cast<double>(term.members.size());
   Deviation d;
   d.arm = pose.rotation * term.reference;
   d.projector = d.by_mean = r * term.projector * r.transpose();
@@ -86,7 +101,9 @@ void Ties::add(const State& state, Assembler& assembler) const {
     const auto n = static_cast<double>(term.members.size());
     const double k = term.stiffness * n;
     const Deviation d = deviation(state, term);
-    const Vec3 f = k * d.e;  // P is a projector, so P e = e
+    // P is a projector, so P e = e.
+    const Vec3 expected = k * (assembler.last_step() ? this->expected(state, assembler.last_step(), term) : d.e);
+    const Vec3 f = assembler.expects_forces() ? expected : Vec3(k * d.e);
     const Vec3 by_mean = d.by_mean.transpose() * f;
     const bool is_point = term.holds == TieTerm::Holds::point, is_direction = term.holds == TieTerm::Holds::direction;
     const Index body = bodies_.node(term.body);
@@ -100,12 +117,12 @@ void Ties::add(const State& state, Assembler& assembler) const {
     Mat3 mean_mean = k * d.by_mean.transpose() * d.by_mean, mean_rotation = k * d.by_mean.transpose() * arm,
          rotation = arm.transpose() * p * arm;
     if (assembler.tangent() == Assembler::Tangent::exact) {
-      rotation -= rotation_hessian(f, d.arm);
+      rotation -= rotation_hessian(expected, d.arm);
       if (is_direction) {
         // arm = |v̄| R X: its second derivatives are (R X) (1 − uuᵀ)/|v̄| by v̄, and uᵀ ⊗ (δθ × R X) by v̄ and θ.
         const double squared_length = d.arm.squaredNorm();
-        mean_mean -= f.dot(d.arm) / squared_length * (Mat3::Identity() - d.unit * d.unit.transpose());
-        mean_rotation -= d.unit * d.arm.cross(f).transpose() / std::sqrt(squared_length);
+        mean_mean -= expected.dot(d.arm) / squared_length * (Mat3::Identity() - d.unit * d.unit.transpose());
+        mean_rotation -= d.unit * d.arm.cross(expected).transpose() / std::sqrt(squared_length);
       }
     }
     for (std::size_t i = 0; i < term.members.size(); ++i) {
@@ -136,10 +153,20 @@ std::pair<Vec3, Vec3> Ties::pull(const State& state, Index body) const {
 }
 
 Follow::Deviation Follow::deviation(const State& state, const FollowTerm& term) const {
-  const Pose leader = bodies_.pose(state, term.leader);
+  return deviation(bodies_.pose(state, term.leader), bodies_.pose(state, term.follower), term);
+}
+
+double Follow::expected(const State& state, const Vec3* last_step, const FollowTerm& term) const {
+  const Deviation d = deviation(bodies_.pose_before(state, last_step, term.leader),
+                                bodies_.pose_before(state, last_step, term.follower), term);
+  return d.e + (bodies_.shift(last_step, term.follower) - bodies_.shift(last_step, term.leader) -
+                bodies_.turn(last_step, term.leader).cross(d.arm))[term.axis];
+}
+
+Follow::Deviation Follow::deviation(const Pose& leader, const Pose& follower, const FollowTerm& term) const {
   const Vec3 arm =
       leader.rotation * term.leader_start.rotation.transpose() * (term.follower_start - term.leader_start.position);
-  return {bodies_.pose(state, term.follower).position[term.axis] - (leader.position + arm)[term.axis], arm};
+  return {(follower.position - leader.position - arm)[term.axis], arm};
 }
 
 void Follow::add_sparsity(Pattern::Builder& builder) const {
@@ -161,7 +188,9 @@ void Follow::add(const State& state, Assembler& assembler) const {
     const Index f = bodies_.node(term.follower), l = bodies_.node(term.leader);
     const Deviation d = deviation(state, term);
     const Vec3 axis = Vec3::Unit(term.axis), turn = d.arm.cross(axis);  // −∂e/∂θ of the leader
-    const double k = term.stiffness, force = k * d.e;
+    const double k = term.stiffness;
+    const double expected = k * (assembler.last_step() ? this->expected(state, assembler.last_step(), term) : d.e);
+    const double force = assembler.expects_forces() ? expected : k * d.e;
     assembler.add_force(f, 0, force * axis);
     assembler.add_force(l, 0, -force * axis);
     assembler.add_force(l, 1, -force * turn);
@@ -172,7 +201,7 @@ void Follow::add(const State& state, Assembler& assembler) const {
     add_pair(l, 1, f, 0, -k * turn * axis.transpose(), assembler);
     add_pair(l, 1, l, 0, k * turn * axis.transpose(), assembler);
     Mat3 rotation = k * turn * turn.transpose();
-    if (assembler.tangent() == Assembler::Tangent::exact) rotation -= rotation_hessian(force * axis, d.arm);
+    if (assembler.tangent() == Assembler::Tangent::exact) rotation -= rotation_hessian(expected * axis, d.arm);
     add_pair(l, 1, l, 1, rotation, assembler);
   }
 }

@@ -30,6 +30,12 @@ class RigidBodies {
   /// Dof of the system that holds dof d (x, y, z, rx, ry, rz) of a body.
   [[nodiscard]] Index dof(Index body, BodyDof d) const { return 6 * body + static_cast<Index>(d); }
   [[nodiscard]] Pose pose(const State& state, Index body) const { return {state.q[2 * body], state.rotations[body]}; }
+  /// How a step shifts and turns a body, and its pose before the step that led to `state`.
+  [[nodiscard]] const Vec3& shift(const Vec3* step, Index body) const { return step[2 * body]; }
+  [[nodiscard]] const Vec3& turn(const Vec3* step, Index body) const { return step[2 * body + 1]; }
+  [[nodiscard]] Pose pose_before(const State& state, const Vec3* step, Index body) const {
+    return {state.q[2 * body] - shift(step, body), rotation_matrix(-turn(step, body)) * state.rotations[body]};
+  }
   void set_pose(State& state, Index body, const Pose& pose) const {
     state.q[2 * body] = pose.position;
     state.rotations[body] = pose.rotation;
@@ -74,7 +80,11 @@ class Ties final : public Effect {
     Vec3 unit;       // v̄/|v̄| of a direction
     Mat3 by_mean;    // ∂e/∂v̄
   };
+  [[nodiscard]] Vec3 mean(const Vec3* vectors, const TieTerm& term) const;
+  [[nodiscard]] Deviation deviation(const Vec3& mean, const Pose& pose, const TieTerm& term) const;
   [[nodiscard]] Deviation deviation(const State& state, const TieTerm& term) const;
+  /// e at the start of the last step, and its change with that to first order.
+  [[nodiscard]] Vec3 expected(const State& state, const Vec3* last_step, const TieTerm& term) const;
   const Layout& layout_;
   const RigidBodies& bodies_;
   std::vector<TieTerm> terms_;
@@ -106,7 +116,9 @@ class Follow final : public Effect {
     double e;
     Vec3 arm;
   };
+  [[nodiscard]] Deviation deviation(const Pose& leader, const Pose& follower, const FollowTerm& term) const;
   [[nodiscard]] Deviation deviation(const State& state, const FollowTerm& term) const;
+  [[nodiscard]] double expected(const State& state, const Vec3* last_step, const FollowTerm& term) const;
   const RigidBodies& bodies_;
   std::vector<FollowTerm> terms_;
 };

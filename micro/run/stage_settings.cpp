@@ -1,6 +1,7 @@
 #include "micro/run/stage_settings.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace trame::micro {
@@ -12,16 +13,31 @@ double smallest_radius(const StageModel& model) {
   return *std::min_element(radius.begin(), radius.end());
 }
 
+double longest_fiber(const StageModel& model) {
+  const FiberMesh& mesh = model.field.mesh();
+  double longest = 0;
+  for (Index f = 0; f < mesh.n_fibers(); ++f) longest = std::max(longest, mesh.length(f));
+  return longest;
+}
+
+double shortest_element(const StageModel& model) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (Index f = 0; f < model.field.mesh().n_fibers(); ++f)
+    shortest = std::min(shortest, model.field.element_length(f));
+  return shortest;
+}
+
 double force_tolerance(const SolverSettings& solver) {
   return std::min(solver.force_tolerance, solver.geometry_tolerance);
 }
 
-/// What counts as far for each unknown vector: a radius for positions; where there is contact, a turn of a rod's
-/// tangent that moves the middle of an element by a radius; 1 for all others.
+/// What counts as far for each unknown vector. Where there is contact: a radius for positions, and a turn of a rod's
+/// tangent that moves the middle of an element by a radius. Otherwise the length of the longest fiber for positions. 1
+/// for all others.
 std::vector<double> units_of_motion(const StageModel& model) {
-  const double radius = smallest_radius(model);
+  const double radius = smallest_radius(model), far = model.contact ? radius : longest_fiber(model);
   std::vector<double> units(model.layout.n_vectors(), 1.0);
-  for (Index j = 0; j < model.layout.n_nodes(); ++j) units[model.layout.first_vector(j)] = radius;
+  for (Index j = 0; j < model.layout.n_nodes(); ++j) units[model.layout.first_vector(j)] = far;
   if (!model.contact) return units;
   for (Index f = 0; f < model.field.mesh().n_fibers(); ++f) {
     if (model.field.model(f) != FiberModel::rod) continue;
@@ -54,6 +70,8 @@ NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std:
                           .precision = scene.solver.factor_precision,
                           .damps_soft_modes = model.proximal == nullptr,
                           .units = units_of_motion(model),
+                          .longest_arm = longest_fiber(model),
+                          .shortest_arm = shortest_element(model),
                           .parts = fibers_apart(model),
                           .stop = std::move(stop)};
   if (model.contact) settings.travel_cap = scene.contact.search_margin;
@@ -67,7 +85,8 @@ LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, cons
           .max_geometry_updates = scene.solver.max_geometry_updates,
           .friction_tolerance = std::max(over_force_tolerance * force_tolerance(scene.solver), least),
           .min_increment = scene.solver.min_increment,
-          .prediction_cap = scene.solver.step_cap * smallest_radius(model),
+          // Without contact the tangent makes the better guess.
+          .prediction_cap = model.contact ? scene.solver.step_cap * smallest_radius(model) : 0,
           .may_take_whole_steps = !model.contact};
 }
 

@@ -25,7 +25,8 @@ std::string_view describe(NewtonOutcome::Status status) {
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
       linear_(layout, settings.precision, n_threads), damping_(layout.n_vectors()), force_(layout.n_dofs()),
-      step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()) {
+      step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()),
+      last_step_(layout.n_vectors(), Vec3::Zero()) {
   settings_.units.resize(layout.n_vectors(), 1.0);
   reset_reach();
   for (Index j = 0; j < layout.n_nodes(); ++j) node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
@@ -53,7 +54,8 @@ void NewtonSolver::forget() {
   linear_.forget();
 }
 
-void NewtonSolver::assemble(const Effects& effects, const State& state, Assembler::Tangent tangent) {
+void NewtonSolver::assemble(const Effects& effects, const State& state, Assembler::Tangent tangent,
+                            Assembler::Stress of_forces) {
   const auto guard = timers_.measure(Phase::assembly);
 #pragma omp parallel for num_threads(n_threads_) schedule(static, 1)
   for (int t = 0; t < n_threads_; ++t) {
@@ -68,6 +70,7 @@ void NewtonSolver::assemble(const Effects& effects, const State& state, Assemble
       std::fill(value_limit(begin), value_limit(end), 0.0);
     }
     Assembler assembler(layout_, &pattern_, begin, end, force_.data(), inner_.data(), values_.data(), tangent);
+    assembler.set_last_step(last_step_.data(), of_forces);
     for (const auto& effect : effects) {
       assembler.set_magnitude(effect->is_elastic() ? inner_.data() : outer_.data());
       effect->add(state, assembler);
@@ -97,38 +100,51 @@ void NewtonSolver::follow(Effects& effects, const State& state, Effect::Follow w
   if (grown) cover_sparsity(effects);
 }
 
-Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
-  Residual r;
-  double sum = 0, scale = 0, worst = 0;
-  for (std::size_t d = 0; d < force_.size(); ++d) {
-    if (!std::isfinite(force_[d])) return {std::numeric_limits<double>::quiet_NaN(), 1, static_cast<Index>(d)};
-    if (prescribed.fixed[d]) continue;
-    sum += force_[d] * force_[d];
-    if (std::abs(force_[d]) > worst) {
-      worst = std::abs(force_[d]);
-      r.worst_dof = static_cast<Index>(d);
-    }
+Residual NewtonSolver::between(const PrescribedMotion& prescribed, Index vector_begin, Index vector_end) const {
+  Residual::Kind forces, moments;
+  double inner_forces = 0, inner_moments = 0;
+  for (Index v = vector_begin; v < vector_end; ++v) {
+    Residual::Kind& kind = is_position(v) ? forces : moments;
+    for (Index d = 3 * v; d < 3 * v + 3; ++d)
+      if (!prescribed.fixed[d]) kind.norm += force_[d] * force_[d];
+    kind.scale += outer_[v] * outer_[v];
+    (is_position(v) ? inner_forces : inner_moments) += inner_[v] * inner_[v];
   }
-  for (const double m : outer_) scale += m * m;
-  if (scale == 0)
-    for (const double m : inner_) scale += m * m;  // nothing but fibers
-  r.norm = std::sqrt(sum);
-  r.scale = std::sqrt(scale);
-  r.worst_part = worst_part(prescribed);
-  return r;
+  if (forces.scale + moments.scale == 0) {  // nothing but fibers
+    forces.scale = inner_forces;
+    moments.scale = inner_moments;
+  }
+  for (double* square : {&forces.norm, &forces.scale, &moments.norm, &moments.scale}) *square = std::sqrt(*square);
+  const double by_moments = moments.scale / settings_.longest_arm, by_forces = forces.scale * settings_.shortest_arm;
+  forces.scale = std::max(forces.scale, by_moments);
+  moments.scale = std::max(moments.scale, by_forces);
+  return {forces, moments};
 }
 
-double NewtonSolver::worst_part(const PrescribedMotion& prescribed) const {
-  constexpr double tolerance = 0.01;  // of the forces that the part gets from outside
+Residual NewtonSolver::residual(const PrescribedMotion& prescribed) const {
+  Residual r = between(prescribed, 0, layout_.n_vectors());
   double worst = 0;
-  for (const NewtonSettings::Part& part : settings_.parts) {
-    double sum = 0, scale = 0;
-    for (Index d = 3 * part.begin; d < 3 * part.end; ++d)
-      if (!prescribed.fixed[d]) sum += force_[d] * force_[d];
-    for (Index v = part.begin; v < part.end; ++v) scale += outer_[v] * outer_[v];
-    worst = std::max(worst, std::sqrt(sum) / (tolerance * std::sqrt(scale) + std::max(part.negligible, round_off_)));
+  for (std::size_t d = 0; d < force_.size(); ++d) {
+    if (prescribed.fixed[d] || std::abs(force_[d]) <= worst) continue;
+    worst = std::abs(force_[d]);
+    r.worst_dof = static_cast<Index>(d);
   }
-  return worst;
+  const auto not_a_number = std::find_if(force_.begin(), force_.end(), [](double f) { return !std::isfinite(f); });
+  if (not_a_number != force_.end()) {
+    r.forces.norm = std::numeric_limits<double>::quiet_NaN();
+    r.worst_dof = static_cast<Index>(not_a_number - force_.begin());
+    return r;
+  }
+  constexpr double tolerance = 0.01;  // of what a part gets from outside
+  for (const NewtonSettings::Part& part : settings_.parts) {
+    const Residual own = between(prescribed, part.begin, part.end);
+    const auto of = [&](const Residual::Kind& kind, double negligible, double round_off) {
+      return kind.norm / (tolerance * kind.scale + std::max(negligible, round_off));
+    };
+    r.worst_part = std::max({r.worst_part, of(own.forces, part.negligible, round_off_.forces.norm),
+                             of(own.moments, part.negligible * settings_.shortest_arm, round_off_.moments.norm)});
+  }
+  return r;
 }
 
 Residual NewtonSolver::evaluate(Effects& effects, const PrescribedMotion& prescribed, const State& state,
@@ -318,9 +334,11 @@ void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
 }
 
 bool NewtonSolver::seen_unstable(Effects& effects, const PrescribedMotion& prescribed, const State& state) {
-  constexpr int max_iterations = 12;
+  // Behind the factor of a projection it takes more; but there it is worth more.
+  const int max_iterations = indefinite_ ? 100 : 12;
   if (!linear_.has_factor()) return false;
   follow(effects, state, Effect::Follow::iteration);
+  std::fill(last_step_.begin(), last_step_.end(), Vec3::Zero());
   assemble(effects, state, Assembler::Tangent::exact);
   // Any load that no symmetry makes blind to a direction, the same in every run.
   std::minstd_rand random(1);
@@ -331,19 +349,28 @@ bool NewtonSolver::seen_unstable(Effects& effects, const PrescribedMotion& presc
   return linear_.finds_negative_curvature(values_, step_, max_iterations);
 }
 
-/// Norm of the round-off in the forces, from the diagonal of the tangent: ε ‖K_ii q_i‖, a few times over.
-double NewtonSolver::estimated_round_off(const State& state) const {
+/// Norms of the round-off in forces and moments, from the diagonal of the tangent: ε ‖K_ii q_i‖, a few times over.
+Residual NewtonSolver::estimated_round_off(const State& state) const {
   constexpr double a_few = 8;
-  double sum = 0;
+  double forces = 0, moments = 0;
   for (Index j = 0; j < layout_.n_nodes(); ++j) {
     const double* column = values_.data() + pattern_.value_start(j);
     const Index first = layout_.first_dof(j);
     for (Index c = 0; c < layout_.first_dof(j + 1) - first; ++c, column += pattern_.column_height(j)) {
       const double force = column[c] * state.q[(first + c) / 3][(first + c) % 3];
-      sum += force * force;
+      (c < 3 ? forces : moments) += force * force;
     }
   }
-  return a_few * std::numeric_limits<double>::epsilon() * std::sqrt(sum);
+  Residual r;
+  r.forces.norm = a_few * std::numeric_limits<double>::epsilon() * std::sqrt(forces);
+  r.moments.norm = a_few * std::numeric_limits<double>::epsilon() * std::sqrt(moments);
+  return r;
+}
+
+/// trial_ = `state` and `alpha` of the step.
+void NewtonSolver::try_step(const State& state, double alpha) {
+  retract(layout_, state, step_, alpha, trial_);
+  for (Index v = 0; v < layout_.n_vectors(); ++v) last_step_[v] = alpha * Eigen::Map<const Vec3>(step_.data() + 3 * v);
 }
 
 double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
@@ -353,17 +380,18 @@ double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
   return sum;
 }
 
-/// The length of a step at which the slope of the potential along it has nearly vanished. Where it has turned upward
-/// steeply at `alpha`: regula falsi on the slope between the longest step known to be downhill and the shortest known
-/// to be too long, at most six trials. Where the potential falls ever more steeply, which says nothing of how far:
-/// doubled as long as it goes on falling, up to `longest`.
+/// The length of a step at which the slope of the potential along it has nearly vanished, with the forces that were to
+/// be expected: stretch by the square of a step, which the next step takes back, says nothing of its length. Where it
+/// has turned upward steeply at `alpha`: regula falsi on the slope between the longest step known to be downhill and
+/// the shortest known to be too long, at most six trials. Where the potential falls ever more steeply, which says
+/// nothing of how far: doubled as long as it goes on falling, up to `longest`.
 double NewtonSolver::line_search(Effects& effects, const State& state, double alpha, double longest,
                                  double slope_at_zero, const PrescribedMotion& prescribed) {
   const double accepted = 0.8 * std::abs(slope_at_zero);
   const auto slope_at = [&](double length) {
-    retract(layout_, state, step_, length, trial_);
+    try_step(state, length);
     follow(effects, trial_, Effect::Follow::trial);
-    assemble(effects, trial_, Assembler::Tangent::none);
+    assemble(effects, trial_, Assembler::Tangent::none, Assembler::Stress::expected);
     return slope(prescribed);
   };
   double low = 0, low_slope = slope_at_zero, high = alpha;
@@ -404,6 +432,7 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
   indefinite_ = false;
   std::fill(damping_.begin(), damping_.end(), 0.0);
   const State start = state;
+  std::fill(last_step_.begin(), last_step_.end(), Vec3::Zero());
   trust_radius_ = settings_.step_cap;
   lowest_residual_ = std::numeric_limits<double>::infinity();
   n_capped_ = 0;
@@ -415,14 +444,13 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     const Residual r = evaluate(effects, prescribed, state, outcome.n_iterations < max_renewals);
     outcome.residual = r.relative();
     outcome.worst_dof = r.worst_dof;
-    if (!std::isfinite(r.norm)) {
+    if (!std::isfinite(r.norm())) {
       outcome.status = NewtonOutcome::Status::not_a_number;
       return outcome;
     }
     if (log)
       log(fmt::format("    iteration {:2d}  residual {:.2e}{}", outcome.n_iterations, outcome.residual,
                       indefinite_ ? "  (indefinite)" : ""));
-    const double goal = this->goal(r, slack);
     if (remaining == 0 && is_equilibrium(r, slack)) return outcome;
     if (outcome.n_iterations == settings_.max_iterations) {
       outcome.status = NewtonOutcome::Status::too_many_iterations;
@@ -433,10 +461,10 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
       return outcome;
     }
 
-    if (!settings_.damps_soft_modes) adapt_cap(r.norm);
+    if (!settings_.damps_soft_modes) adapt_cap(r.norm());
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error. Fibers that bodies
     // take far along must not be distorted by a part of that.
-    const double tolerance = remaining > 0 ? 1e-5 : std::clamp(0.1 * goal / r.norm, 1e-4, 0.02);
+    const double tolerance = remaining > 0 ? 1e-5 : std::clamp(0.1 / excess(r, slack), 1e-4, 0.02);
     const double n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
     const bool try_old_factor = settings_.damps_soft_modes || last_taken_whole;
@@ -460,7 +488,7 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
       log(fmt::format(
           "      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",
           step.size, step.vector, alpha, outcome.n_factorizations, outcome.n_linear_iterations));
-    retract(layout_, state, step_, alpha, trial_);
+    try_step(state, alpha);
     std::swap(state, trial_);
     remaining = alpha >= 1 ? 0.0 : remaining * (1 - alpha);
     if (remaining < 1e-12) remaining = 0;

@@ -30,6 +30,8 @@ struct NewtonSettings {
   /// far, held back by a proximal term, single ones that are free to go run ahead into others.
   bool damps_soft_modes = true;
   std::vector<double> units;  ///< of each vector: what counts as far
+  /// Moments over these lengths count as forces, and forces times them as moments, where there are no others.
+  double longest_arm = std::numeric_limits<double>::infinity(), shortest_arm = 0;
   /// Consecutive vectors that must be in equilibrium by themselves, as those of a fiber: what others are loaded with
   /// does not excuse a part of which next to nothing is asked.
   struct Part {
@@ -67,13 +69,19 @@ struct PrescribedMotion {
   std::vector<double> motion;
 };
 
-/// Residual of the free dofs, and the forces that fibers get from outside: contact, friction, bodies, loads. (Axial
-/// forces would hide all of them.)
+/// Residual of the free dofs, and what fibers get from outside: contact, friction, bodies, loads. (Axial forces would
+/// hide all of it.) Forces, on positions, and moments, on all other vectors, each against their own: the moments at the
+/// ends of a long fiber, which count in radii, would hide its forces.
 struct Residual {
-  double norm = 0, scale = 0;
+  struct Kind {
+    double norm = 0, scale = 0;
+    [[nodiscard]] double relative() const { return scale > 0 ? norm / scale : norm; }
+  };
+  Kind forces, moments;
   Index worst_dof = 0;
   double worst_part = 0;  ///< norm of a part over what it may be; 1 is just equilibrium
-  [[nodiscard]] double relative() const { return scale > 0 ? norm / scale : norm; }
+  [[nodiscard]] double norm() const { return std::hypot(forces.norm, moments.norm); }
+  [[nodiscard]] double relative() const { return std::max(forces.relative(), moments.relative()); }
 };
 
 /// Keeps what is worth keeping between systems of the same layout: pattern, symbolic factorisation, workspaces.
@@ -89,8 +97,8 @@ class NewtonSolver {
   void set_reach(const Effects& effects, const State& state);
   /// All vectors take the usual steps.
   void reset_reach();
-  /// Lets go of pattern and factor, so that what comes does not depend on how this point was reached: a run that goes on
-  /// from a saved increment has neither.
+  /// Lets go of pattern and factor, so that what comes does not depend on how this point was reached: a run that goes
+  /// on from a saved increment has neither.
   void forget();
   /// Passes through what is left then.
   void keep(Archive& archive) { archive(linear_); }
@@ -109,7 +117,7 @@ class NewtonSolver {
 
   /// Whether a residual is equilibrium, to `slack` times the tolerance, or to what round-off lets one tell.
   [[nodiscard]] bool is_equilibrium(const Residual& r, double slack) const {
-    return r.norm <= goal(r, slack) && r.worst_part <= slack;
+    return excess(r, slack) <= 1 && r.worst_part <= slack;
   }
 
   /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the
@@ -124,11 +132,17 @@ class NewtonSolver {
   [[nodiscard]] double n_factor_flops() const { return linear_.n_factor_flops(); }
 
  private:
-  void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent);
+  void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent,
+                Assembler::Stress of_forces = Assembler::Stress::actual);
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
-  [[nodiscard]] double worst_part(const PrescribedMotion& prescribed) const;
-  [[nodiscard]] double goal(const Residual& r, double slack) const {
-    return std::max({slack * settings_.force_tolerance * r.scale, settings_.force_floor, round_off_});
+  /// Forces and moments that fibers, or those of a range of vectors, get and lack.
+  [[nodiscard]] Residual between(const PrescribedMotion& prescribed, Index vector_begin, Index vector_end) const;
+  /// A residual over what it may be.
+  [[nodiscard]] double excess(const Residual& r, double slack) const {
+    const auto of = [&](const Residual::Kind& kind, double round_off) {
+      return kind.norm / std::max({slack * settings_.force_tolerance * kind.scale, settings_.force_floor, round_off});
+    };
+    return std::max(of(r.forces, round_off_.forces.norm), of(r.moments, round_off_.moments.norm));
   }
   void follow(Effects& effects, const State& state, Effect::Follow what);
   void impose(const PrescribedMotion& prescribed, double remaining);
@@ -141,6 +155,7 @@ class NewtonSolver {
   void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(Effects& effects, const State& state, double alpha, double longest,
                                    double slope_at_zero, const PrescribedMotion& prescribed);
+  void try_step(const State& state, double alpha);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
   struct Largest {
     double size = 0;
@@ -149,7 +164,8 @@ class NewtonSolver {
   /// The largest of a set of changes of all vectors, given as a function of the vector.
   template <typename Change>
   [[nodiscard]] Largest largest(const Change& change) const;
-  [[nodiscard]] double estimated_round_off(const State& state) const;
+  [[nodiscard]] bool is_position(Index vector) const { return vector == layout_.first_vector(node_of_[vector]); }
+  [[nodiscard]] Residual estimated_round_off(const State& state) const;
 
   const Layout& layout_;
   NewtonSettings settings_;
@@ -157,7 +173,7 @@ class NewtonSolver {
   int n_threads_;
   Pattern pattern_;
   LinearSolver linear_;
-  double round_off_ = 0;
+  Residual round_off_;
   double trust_radius_ = 0;     // of the ball in which the tangent is trusted, like step_cap
   double lowest_residual_ = 0;  // norm, in this solve
   int n_capped_ = 0;            // steps at the cap since then
@@ -168,7 +184,8 @@ class NewtonSolver {
   std::vector<double> unit_, damping_;  // of each vector: what counts as far, stiffness that holds it back
   std::vector<double> values_, force_, load_, step_;
   std::vector<double> inner_, outer_;  // of each vector: sizes of the forces of elasticity, of all others
-  State trial_;
+  State trial_;                        // where a step leads to
+  std::vector<Vec3> last_step_;        // the step, as it was made
 };
 
 }  // namespace trame::micro

@@ -114,6 +114,19 @@ class Assembler {
 
   void set_magnitude(double* magnitude) { magnitude_ = magnitude; }
 
+  /// Stresses of fibers and ties, either those of the state, or those that were to be expected from the strains at the
+  /// start of the last step and how they changed with it to first order.
+  enum class Stress : std::uint8_t { actual, expected };
+  /// The last step, as it was made, of each vector. With it the tangent is that at the expected stresses, and forces
+  /// are of the given ones. Without it, all are actual.
+  void set_last_step(const Vec3* step, Stress of_forces) {
+    last_step_ = step;
+    stress_of_forces_ = of_forces;
+  }
+  /// nullptr where there is none.
+  [[nodiscard]] const Vec3* last_step() const { return last_step_; }
+  [[nodiscard]] bool expects_forces() const { return last_step_ && stress_of_forces_ == Stress::expected; }
+
   [[nodiscard]] Tangent tangent() const { return tangent_; }
   [[nodiscard]] bool wants_tangent() const { return tangent_ != Tangent::none; }
   [[nodiscard]] bool owns(Index node) const { return node >= begin_ && node < end_; }
@@ -143,6 +156,8 @@ class Assembler {
   Index begin_, end_;
   double *force_, *magnitude_, *values_;
   Tangent tangent_;
+  const Vec3* last_step_ = nullptr;
+  Stress stress_of_forces_ = Stress::actual;
 };
 
 }  // namespace trame::micro

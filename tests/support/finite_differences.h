@@ -66,14 +66,15 @@ struct Assembled {
   Eigen::MatrixXd tangent;
 };
 
-/// Gradient and dense symmetric tangent of one effect.
+/// Gradient and dense symmetric tangent of one effect, both at expected stresses where there is a last step.
 inline Assembled assemble(const Effect& effect, const Layout& layout, const State& state,
-                          Assembler::Tangent kind = Assembler::Tangent::exact) {
+                          Assembler::Tangent kind = Assembler::Tangent::exact, const Vec3* last_step = nullptr) {
   Pattern::Builder builder;
   effect.add_sparsity(builder);
   const Pattern pattern(layout, builder);
   std::vector<double> values(pattern.n_values(), 0.0), force(layout.n_dofs(), 0.0), magnitude(layout.n_vectors(), 0.0);
   Assembler assembler(layout, &pattern, 0, layout.n_nodes(), force.data(), magnitude.data(), values.data(), kind);
+  assembler.set_last_step(last_step, Assembler::Stress::expected);
   effect.add(state, assembler);
   Assembled result;
   result.force = Eigen::Map<Eigen::VectorXd>(force.data(), layout.n_dofs());
