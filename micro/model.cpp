@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "micro/core/error.h"
-#include "micro/core/wildcard.h"
+#include "micro/core/name_table.h"
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
 
@@ -112,14 +112,10 @@ void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, co
   double stiffness = 0;
   for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
     stiffness += tie_stiffness * assembly.mesh.axial_stiffness[f] / field.element_length(f) / bodies.n_bodies();
-  const auto index_of = [&](const std::string& name) {
-    return static_cast<Index>(std::find(assembly.body_names.begin(), assembly.body_names.end(), name) -
-                              assembly.body_names.begin());
-  };
+  const NameTable names(assembly.body_names);
   for (const Drive& d : stage.drives) {
-    const Index leader = d.mode == DriveMode::follow ? index_of(d.leader) : 0;
-    for (Index b = 0; b < bodies.n_bodies(); ++b) {
-      if (!matches(d.bodies, assembly.body_names[b])) continue;
+    const Index leader = d.mode == DriveMode::follow ? *names.find(d.leader) : 0;
+    for (const Index b : names.fitting(d.bodies)) {
       DofDrive& drive = drives[bodies.dof(b, d.dof)];
       const int axis = static_cast<int>(d.dof);
       switch (d.mode) {

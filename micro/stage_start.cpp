@@ -1,9 +1,11 @@
 #include "micro/stage_start.h"
 
 #include <algorithm>
+#include <map>
 #include <tuple>
+#include <vector>
 
-#include "micro/core/wildcard.h"
+#include "micro/core/name_table.h"
 #include "micro/model.h"
 
 namespace trame::micro {
@@ -22,18 +24,19 @@ StageStart start_of(const Assembly& assembly) {
 }
 
 void place_leaders(const Assembly& assembly, const Stage& stage, std::vector<Pose>& poses) {
-  for (Index leader = 0; leader < static_cast<Index>(poses.size()); ++leader) {
-    if (std::any_of(assembly.ties.begin(), assembly.ties.end(), [&](const EndTie& t) { return t.body == leader; }))
-      continue;
+  const NameTable names(assembly.body_names);
+  std::map<Index, std::vector<Index>> followers;
+  for (const Drive& d : stage.drives) {
+    if (d.mode != DriveMode::follow) continue;
+    std::vector<Index>& of_leader = followers[*names.find(d.leader)];
+    const std::vector<Index> bodies = names.fitting(d.bodies);
+    of_leader.insert(of_leader.end(), bodies.begin(), bodies.end());
+  }
+  for (const EndTie& tie : assembly.ties) followers.erase(tie.body);
+  for (const auto& [leader, bodies] : followers) {
     Vec3 sum = Vec3::Zero();
-    int n = 0;
-    for (const Drive& d : stage.drives)
-      for (std::size_t b = 0; b < poses.size() && d.mode == DriveMode::follow; ++b)
-        if (d.leader == assembly.body_names[leader] && matches(d.bodies, assembly.body_names[b])) {
-          sum += poses[b].position;
-          ++n;
-        }
-    if (n > 0) poses[leader].position = sum / n;
+    for (const Index b : bodies) sum += poses[b].position;
+    poses[leader].position = sum / static_cast<double>(bodies.size());
   }
 }
 

@@ -5,8 +5,10 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "micro/core/error.h"
+#include "micro/core/name_table.h"
 
 namespace trame::micro {
 
@@ -43,8 +45,9 @@ void require_same_fibers(const SnapshotHeader& header, const Assembly& assembly,
   require(equal(theirs.radius, ours.radius, scales.length), "radii of fibers");
   require(equal(theirs.arc_length, ours.arc_length, scales.length), "lengths of fibers");
   require(equal(theirs.axial_stiffness, ours.axial_stiffness, scales.force()), "axial stiffnesses of fibers");
+  const NameTable names(assembly.body_names);
   for (const std::string& name : header.body_names)
-    if (std::find(assembly.body_names.begin(), assembly.body_names.end(), name) == assembly.body_names.end())
+    if (!names.find(name))
       throw InputError(
           fmt::format("--start-from: the scene has no body \"{}\", which the states have; a scene may have "
                       "more bodies than they, not fewer",
@@ -90,11 +93,12 @@ Pose taken_along(Index body, const Assembly& assembly, const FiberConfiguration&
 /// The bodies of a state, in SI units, with those that the scene has beside them.
 BodyRecord with_late_bodies(const BodyRecord& record, const std::vector<std::string>& names, const Assembly& assembly,
                             const FiberConfiguration& natural, const Scales& scales) {
+  const NameTable table(names);
   BodyRecord all;
   for (std::size_t b = 0; b < assembly.body_names.size(); ++b) {
-    const auto known =
-        static_cast<std::size_t>(std::find(names.begin(), names.end(), assembly.body_names[b]) - names.begin());
-    const bool is_late = known == names.size();
+    const std::optional<Index> found = table.find(assembly.body_names[b]);
+    const bool is_late = !found;
+    const Index known = found.value_or(0);
     const Pose pose = is_late ? taken_along(static_cast<Index>(b), assembly, natural) : Pose{};
     all.position.push_back(is_late ? Vec3(pose.position * scales.length) : record.position[known]);
     all.rotation.push_back(is_late ? pose.rotation : record.rotation[known]);

@@ -6,12 +6,13 @@
 
 #include <algorithm>
 #include <functional>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "micro/core/wildcard.h"
+#include "micro/core/name_table.h"
 #include "micro/scene/value.h"
 
 namespace trame::micro {
@@ -78,36 +79,33 @@ using NamedValues = std::vector<std::pair<std::string, V>>;
 /// One of a few words.
 template <class V>
 [[nodiscard]] Kind<V> choice(const NamedValues<V>& values) {
-  std::vector<std::string> names;
-  for (const auto& entry : values) names.push_back(entry.first);
-  const auto read = [=](const SceneValue& value) {
-    const std::string name = value.one_of(names);
-    return std::find_if(values.begin(), values.end(), [&](const auto& entry) { return entry.first == name; })->second;
-  };
+  NameTable names;
+  for (const auto& entry : values) names.add(entry.first);
+  const auto read = [=](const SceneValue& value) { return values[value.one_of(names)].second; };
   const auto show = [=](const V& v) {
     const auto entry = std::find_if(values.begin(), values.end(), [&](const auto& e) { return e.second == v; });
     return entry == values.end() ? std::string() : fmt::format("\"{}\"", entry->first);
   };
-  return {allowed_names(names), read, show};
+  return {allowed_names(names.names()), read, show};
 }
 /// The name of something that the scene has; its index.
-[[nodiscard]] inline Kind<Index> reference(const std::string& what, const std::vector<std::string>& names) {
-  const auto read = [=](const SceneValue& value) {
-    const std::string name = value.one_of(names, what);
-    return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
-  };
-  return {"the name of " + what, read, [](Index) { return std::string(); }};
+[[nodiscard]] inline Kind<Index> reference(const std::string& what, const NameTable& names) {
+  const auto known = std::make_shared<const NameTable>(names);
+  return {"the name of " + what, [=](const SceneValue& value) { return value.one_of(*known, what); },
+          [](Index) { return std::string(); }};
 }
 /// The name of something that the scene has.
-[[nodiscard]] inline Kind<std::string> existing_name(const std::string& what, const std::vector<std::string>& names) {
-  return {"the name of " + what, [=](const SceneValue& value) { return value.one_of(names, what); },
+[[nodiscard]] inline Kind<std::string> existing_name(const std::string& what, const NameTable& names) {
+  const auto known = std::make_shared<const NameTable>(names);
+  return {"the name of " + what, [=](const SceneValue& value) { return known->names()[value.one_of(*known, what)]; },
           [](const std::string& s) { return s; }};
 }
 /// A name with wildcards that fits at least one of `names`.
-[[nodiscard]] inline Kind<std::string> wildcard(const std::string& what, const std::vector<std::string>& names) {
-  const auto read = [=](const SceneValue& value) {
+[[nodiscard]] inline Kind<std::string> wildcard(const std::string& what, const NameTable& table) {
+  const auto read = [what, known = std::make_shared<const NameTable>(table)](const SceneValue& value) {
     const std::string pattern = value.text();
-    if (std::none_of(names.begin(), names.end(), [&](const auto& name) { return matches(pattern, name); }))
+    const std::vector<std::string>& names = known->names();
+    if (known->fitting(pattern).empty())
       value.fail(names.empty() ? fmt::format("must fit the name of {}, but the scene has none", what)
                                : fmt::format("must fit the name of {}{}{} {}", what, suggestion(pattern, names),
                                              nearest_name(pattern, names) ? " There are" : ":", allowed_names(names)));

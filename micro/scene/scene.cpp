@@ -55,27 +55,27 @@ Material read_material(const SceneValue& table) {
   return material;
 }
 
-FiberType read_fiber_type(const SceneValue& table, const Names& materials) {
+FiberType read_fiber_type(const SceneValue& table, const std::vector<Key<FiberTypeInput>>& keys) {
   FiberTypeInput input;
-  read_table(table, fiber_type_keys(materials), {}, input);
+  read_table(table, keys, {}, input);
   input.type.name = table.table_name();
   input.type.radius = input.diameter / 2;
   return input.type;
 }
 
 template <class T>
-Names names_of(const std::vector<T>& things) {
-  Names names;
-  for (const T& thing : things) names.push_back(thing.name);
+NameTable names_of(const std::vector<T>& things) {
+  NameTable names;
+  for (const T& thing : things) names.add(thing.name);
   return names;
 }
 
 void read_types(const SceneValue& root, Scene& scene) {
   if (const auto materials = root.find("material"))
     for (const SceneValue& table : materials->children()) scene.materials.push_back(read_material(table));
-  const Names materials = names_of(scene.materials);
+  const auto keys = fiber_type_keys(names_of(scene.materials));
   if (const auto types = root.find("fiber_type"))
-    for (const SceneValue& table : types->children()) scene.fiber_types.push_back(read_fiber_type(table, materials));
+    for (const SceneValue& table : types->children()) scene.fiber_types.push_back(read_fiber_type(table, keys));
 }
 
 void check_points(const SceneValue& table, const std::vector<Vec3>& points) {
@@ -87,12 +87,13 @@ void check_points(const SceneValue& table, const std::vector<Vec3>& points) {
     if (points[i] == points[i - 1]) value.fail(fmt::format("points {} and {} must not coincide", i, i + 1));
 }
 
-void read_fibers(const SceneValue& root, Scene& scene, Names& known) {
+void read_fibers(const SceneValue& root, Scene& scene, NameTable& known) {
   const auto fibers = root.find("fiber");
   if (!fibers) return;
+  const auto keys = fiber_keys(names_of(scene.fiber_types));
   for (const SceneValue& table : fibers->tables()) {
     FiberSpec& fiber = scene.fibers.emplace_back();
-    read_table(table, fiber_keys(names_of(scene.fiber_types)), {}, fiber);
+    read_table(table, keys, {}, fiber);
     add_new_name(*table.find("name"), fiber.name, known);
     check_points(table, fiber.points);
     if (!fiber.section_axis) continue;
@@ -102,12 +103,13 @@ void read_fibers(const SceneValue& root, Scene& scene, Names& known) {
   }
 }
 
-void read_bundles(const SceneValue& root, Scene& scene, Names& known) {
+void read_bundles(const SceneValue& root, Scene& scene, NameTable& known) {
   const auto bundles = root.find("bundle");
   if (!bundles) return;
+  const auto keys = bundle_keys(names_of(scene.fiber_types));
   for (const SceneValue& table : bundles->tables()) {
     BundleSpec& bundle = scene.bundles.emplace_back();
-    read_table(table, bundle_keys(names_of(scene.fiber_types)), {}, bundle);
+    read_table(table, keys, {}, bundle);
     add_new_name(*table.find("name"), bundle.name, known);
     check_points(table, bundle.points);
     if (bundle.n_layers > bundle.n_fibers) table.find("layers")->fail("must be at most the number of fibers");
@@ -185,16 +187,32 @@ void check_enriched_only(const SceneValue& root, const Scene& scene) {
 
 /// Nodes are counted in 32 bits, and so are their dofs. Counted in floating point, which cannot overflow here.
 void check_size(const SceneValue& root, const Scene& scene) {
-  double n_nodes = 0;
-  const auto add = [&](double n_fibers, Index n_elements) { n_nodes += n_fibers * (2.0 * n_elements + 1); };
-  for (const FiberSpec& fiber : scene.fibers) add(1, fiber.n_elements);
-  for (const BundleSpec& bundle : scene.bundles) add(bundle.n_fibers, bundle.n_elements);
-  if (scene.weave)
-    for (const YarnSystem& system : {scene.weave->warp, scene.weave->weft})
-      add(static_cast<double>(system.n_yarns) * system.n_fibers, system.n_elements);
   constexpr double most_nodes = 1e8;
-  if (n_nodes == 0) root.fail("must have at least one [[fiber]], [[bundle]] or a [weave]");
-  if (n_nodes > most_nodes) root.fail(fmt::format("{:.0f} nodes; must be at most {:.0f}", n_nodes, most_nodes));
+  double n_nodes = 0, n_largest = 0;
+  std::optional<SceneValue> largest;
+  const auto add = [&](const SceneValue& table, double n_fibers, Index n_elements) {
+    const double n = n_fibers * (2.0 * n_elements + 1);
+    n_nodes += n;
+    if (n <= n_largest) return;
+    n_largest = n;
+    largest = table.find(n_fibers > n_elements ? "fibers" : "elements");
+  };
+  const auto tables_of = [&](const char* list) {
+    const auto table = root.find(list);
+    return table ? table->tables() : std::vector<SceneValue>();
+  };
+  const auto fibers = tables_of("fiber"), bundles = tables_of("bundle");
+  for (std::size_t i = 0; i < fibers.size(); ++i) add(fibers[i], 1, scene.fibers[i].n_elements);
+  for (std::size_t i = 0; i < bundles.size(); ++i)
+    add(bundles[i], scene.bundles[i].n_fibers, scene.bundles[i].n_elements);
+  if (scene.weave)
+    for (const auto& [family, system] : {std::pair{"warp", &scene.weave->warp}, {"weft", &scene.weave->weft}})
+      add(*root.find("weave")->find(family), static_cast<double>(system->n_yarns) * system->n_fibers,
+          system->n_elements);
+  if (!largest) root.fail("must have at least one [[fiber]], [[bundle]] or a [weave]");
+  if (n_nodes > most_nodes)
+    largest->fail(fmt::format("makes {:.3g} of {:.3g} nodes; the scene must have at most {:.0f}", n_largest, n_nodes,
+                              most_nodes));
 }
 
 /// Fibers of one table: their type and length.
@@ -364,7 +382,7 @@ Scene read_root(const SceneValue& root) {
   read_table(root, scene_keys(), tables, scene);
   read_types(root, scene);
   if (const auto weave = root.find("weave")) scene.weave = read_weave(*weave, scene);
-  Names known = scene.weave ? yarn_names(*scene.weave) : Names();
+  NameTable known(scene.weave ? yarn_names(*scene.weave) : Names());
   read_fibers(root, scene, known);
   read_bundles(root, scene, known);
   check_size(root, scene);

@@ -11,25 +11,23 @@
 
 namespace trame::micro {
 
-void add_new_name(const SceneValue& named, const std::string& name, std::vector<std::string>& known) {
-  if (std::find(known.begin(), known.end(), name) != known.end())
-    named.fail(fmt::format("must be a name of its own, but \"{}\" is taken", name));
-  known.push_back(name);
+void add_new_name(const SceneValue& named, const std::string& name, NameTable& known) {
+  if (!known.add(name)) named.fail(fmt::format("must be a name of its own, but \"{}\" is taken", name));
 }
 
 namespace {
 
 /// Everything that a tie can name.
-Names tieable_names(const Scene& scene) {
-  Names names = scene.weave ? yarn_names(*scene.weave) : Names();
-  for (const FiberSpec& fiber : scene.fibers) names.push_back(fiber.name);
-  for (const BundleSpec& bundle : scene.bundles) names.push_back(bundle.name);
+NameTable tieable_names(const Scene& scene) {
+  NameTable names(scene.weave ? yarn_names(*scene.weave) : Names());
+  for (const FiberSpec& fiber : scene.fibers) names.add(fiber.name);
+  for (const BundleSpec& bundle : scene.bundles) names.add(bundle.name);
   return names;
 }
 
-Names body_names(const Scene& scene) {
-  Names names = scene.weave ? weave_body_names(*scene.weave) : Names();
-  for (const BodySpec& body : scene.bodies) names.push_back(body.name);
+NameTable body_names(const Scene& scene) {
+  NameTable names(scene.weave ? weave_body_names(*scene.weave) : Names());
+  for (const BodySpec& body : scene.bodies) names.add(body.name);
   return names;
 }
 
@@ -38,20 +36,22 @@ Names body_names(const Scene& scene) {
 void read_bodies(const SceneValue& root, Scene& scene) {
   const auto bodies = root.find("body");
   if (!bodies) return;
-  const Names fibers = tieable_names(scene);
-  Names known = body_names(scene);
-  std::set<std::pair<std::string, FiberEnd>> tied;
+  const NameTable fibers = tieable_names(scene);
+  NameTable known = body_names(scene);
+  const auto body_table = body_keys();
+  const auto tie_table = tie_keys(fibers);
+  std::set<std::pair<Index, FiberEnd>> tied;
   for (const SceneValue& table : bodies->tables()) {
     BodySpec body;
-    read_table(table, body_keys(), {"tie"}, body);
+    read_table(table, body_table, {"tie"}, body);
     add_new_name(*table.find("name"), body.name, known);
     const auto ties = table.find("tie");
     for (const SceneValue& entry : ties ? ties->tables() : std::vector<SceneValue>()) {
       Tie& tie = body.ties.emplace_back();
-      read_table(entry, tie_keys(fibers), {}, tie);
-      for (const std::string& fiber : fibers)
-        if (matches(tie.fibers, fiber) && !tied.emplace(fiber, tie.end).second)
-          entry.find("fibers")->fail(fmt::format("this end of \"{}\" must not be tied twice", fiber));
+      read_table(entry, tie_table, {}, tie);
+      for (const Index fiber : fibers.fitting(tie.fibers))
+        if (!tied.emplace(fiber, tie.end).second)
+          entry.find("fibers")->fail(fmt::format("this end of \"{}\" must not be tied twice", fibers.names()[fiber]));
     }
     scene.bodies.push_back(std::move(body));
   }
@@ -86,51 +86,55 @@ Drive make_drive(const SceneValue& table, const DriveInput& input, const std::st
   return drive;
 }
 
+/// What the drives of a stage read so far do to each body.
+struct Driven {
+  std::set<std::pair<Index, BodyDof>> dofs;
+  std::multimap<Index, Index> leaders;
+  std::set<Index> leading;
+};
+
 /// Whether `follower` is reached from `leader` along leaders of leaders.
-bool leads_back(const std::multimap<std::string, std::string>& leaders, const std::string& follower,
-                const std::string& leader) {
-  Names open = {leader};
-  std::set<std::string> seen;
+bool leads_back(const Driven& driven, Index follower, Index leader) {
+  if (follower != leader && !driven.leading.contains(follower)) return false;
+  std::vector<Index> open = {leader};
+  std::set<Index> seen;
   while (!open.empty()) {
-    const std::string body = open.back();
+    const Index body = open.back();
     open.pop_back();
     if (body == follower) return true;
     if (!seen.insert(body).second) continue;
-    const auto [first, last] = leaders.equal_range(body);
+    const auto [first, last] = driven.leaders.equal_range(body);
     for (auto it = first; it != last; ++it) open.push_back(it->second);
   }
   return false;
 }
 
-/// What the drives of a stage read so far do to each body.
-struct Driven {
-  std::set<std::pair<std::string, BodyDof>> dofs;
-  std::multimap<std::string, std::string> leaders;
-};
-
-void check_drive(const SceneValue& table, const Drive& drive, const Names& body_names, Driven& driven) {
-  for (const std::string& body : body_names) {
-    if (!matches(drive.bodies, body)) continue;
+void check_drive(const SceneValue& table, const Drive& drive, const NameTable& bodies, Driven& driven) {
+  const Index leader = drive.mode == DriveMode::follow ? *bodies.find(drive.leader) : -1;
+  for (const Index body : bodies.fitting(drive.bodies)) {
     if (!driven.dofs.emplace(body, drive.dof).second)
-      table.find("bodies")->fail(fmt::format("a dof of \"{}\" must not be driven twice in a stage", body));
+      table.find("bodies")->fail(
+          fmt::format("a dof of \"{}\" must not be driven twice in a stage", bodies.names()[body]));
     if (drive.mode != DriveMode::follow) continue;
-    if (leads_back(driven.leaders, body, drive.leader))
-      table.find("follow")->fail(fmt::format("\"{}\" must not follow itself", body));
-    driven.leaders.emplace(body, drive.leader);
+    if (leads_back(driven, body, leader))
+      table.find("follow")->fail(fmt::format("\"{}\" must not follow itself", bodies.names()[body]));
+    driven.leaders.emplace(body, leader);
+    driven.leading.insert(leader);
   }
 }
 
-void read_drives(const SceneValue& stage_table, const Names& body_names, Stage& stage) {
+void read_drives(const SceneValue& stage_table, const NameTable& bodies, const std::vector<Key<DriveInput>>& keys,
+                 Stage& stage) {
   const auto drives = stage_table.find("drive");
   if (!drives) return;
   Driven driven;
   for (const SceneValue& table : drives->tables()) {
     DriveInput input;
-    read_table(table, drive_keys(body_names), {}, input);
-    for (const std::string& bodies : input.bodies)
+    read_table(table, keys, {}, input);
+    for (const std::string& pattern : input.bodies)
       for (const BodyDof dof : input.dofs) {
-        stage.drives.push_back(make_drive(table, input, bodies, dof));
-        check_drive(table, stage.drives.back(), body_names, driven);
+        stage.drives.push_back(make_drive(table, input, pattern, dof));
+        check_drive(table, stage.drives.back(), bodies, driven);
       }
   }
 }
@@ -149,18 +153,32 @@ void check_stage(const SceneValue& table, const Scene& scene, const Stage& stage
 
 }  // namespace
 
+namespace {
+
+/// A run keeps a few numbers of each increment.
+constexpr double most_increments_in_all = 1e6;
+
+}  // namespace
+
 void read_stages(const SceneValue& root, Scene& scene) {
   const auto stages = root.find("stage");
   if (!stages) return;
-  const Names bodies = body_names(scene);
-  Names known;
+  const NameTable bodies = body_names(scene);
+  const auto stage_table = stage_keys();
+  const auto drive_table = drive_keys(bodies);
+  NameTable known;
+  double n_increments = 0;
   for (const SceneValue& table : stages->tables()) {
     Stage stage;
-    read_table(table, stage_keys(), {"drive"}, stage);
+    read_table(table, stage_table, {"drive"}, stage);
     add_new_name(*table.find("name"), stage.name, known);
     check_stage(table, scene, stage);
+    n_increments += stage.n_increments;
+    if (n_increments > most_increments_in_all)
+      table.fail(fmt::format("{:.0f} increments up to this stage; must be at most {:.0f}", n_increments,
+                             most_increments_in_all));
     stage.friction = stage.friction && scene.contact.friction;
-    read_drives(table, bodies, stage);
+    read_drives(table, bodies, drive_table, stage);
     scene.stages.push_back(std::move(stage));
   }
 }

@@ -7,8 +7,8 @@
 
 namespace trame::micro {
 
-/// Fails for a name that `known` holds already, else adds it.
-void add_new_name(const SceneValue& named, const std::string& name, std::vector<std::string>& known);
+/// Adds a name; fails for one that `known` holds already.
+void add_new_name(const SceneValue& named, const std::string& name, NameTable& known);
 
 /// Fills scene.bodies from [[body]]. Needs the fibers, bundles and the weave.
 void read_bodies(const SceneValue& root, Scene& scene);

@@ -6,6 +6,10 @@ namespace trame::micro {
 
 namespace {
 
+// Far beyond what any machine runs, and far below what would fill its memory while a scene is only looked at.
+constexpr double most_elements = 1e6, most_fibers = 1e6, most_increments = 1e5, most_iterations = 1e4;
+constexpr double most_yarns = 1000;  // the pattern is spelled out for each pair of yarns
+
 Kind<FiberModel> fiber_model() {
   return choice<FiberModel>({{"enriched", FiberModel::enriched}, {"rod", FiberModel::rod}});
 }
@@ -45,7 +49,7 @@ std::vector<Key<Material>> transversely_isotropic_keys() {
               .needed()};
 }
 
-std::vector<Key<FiberTypeInput>> fiber_type_keys(const Names& materials) {
+std::vector<Key<FiberTypeInput>> fiber_type_keys(const NameTable& materials) {
   using T = FiberTypeInput;
   return {key<T>(
               "material", [](auto& t) -> auto& { return t.type.material; }, reference("a material", materials),
@@ -57,26 +61,28 @@ std::vector<Key<FiberTypeInput>> fiber_type_keys(const Names& materials) {
               "9-dof beam with deformable section, or rod that stretches and bends")};
 }
 
-std::vector<Key<FiberSpec>> fiber_keys(const Names& fiber_types) {
+std::vector<Key<FiberSpec>> fiber_keys(const NameTable& fiber_types) {
   using T = FiberSpec;
   return {key<T>("name", &T::name, new_name(), "name of the fiber").needed(),
           key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
           key<T>("points", &T::points, points(), "at least two; cubic spline through them, free of stress").needed(),
-          key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along the fiber").needed(),
+          key<T>("elements", &T::n_elements, integer(between(1, most_elements)), "3-node elements along the fiber")
+              .needed(),
           key<T>("section_axis", &T::section_axis, vector(plain_number),
                  "direction of the first section vector at the start")
               .otherwise("default: z, or any where the fiber runs along z")};
 }
 
-std::vector<Key<BundleSpec>> bundle_keys(const Names& fiber_types) {
+std::vector<Key<BundleSpec>> bundle_keys(const NameTable& fiber_types) {
   using T = BundleSpec;
   return {
       key<T>("name", &T::name, new_name(), "name of the bundle").needed(),
       key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
       key<T>("points", &T::points, points(), "at least two; cubic spline of the bundle's axis").needed(),
-      key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
-      key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in the bundle").needed(),
-      key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the height, at most all")
+      key<T>("elements", &T::n_elements, integer(between(1, most_elements)), "3-node elements along each fiber")
+          .needed(),
+      key<T>("fibers", &T::n_fibers, integer(between(1, most_fibers)), "fibers in the bundle").needed(),
+      key<T>("layers", &T::n_layers, integer(between(1, most_fibers)), "fibers stacked through the height, at most all")
           .otherwise("default: as round as it gets"),
       key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters"),
       key<T>("twist", &T::twist, number(any()), "turns over the length, free of stress")};
@@ -91,19 +97,21 @@ std::vector<Key<WeaveInput>> weave_keys() {
               .otherwise("this or pattern"),
           key<T>("repeat", &T::repeat, twill_floats(), "of a twill: floats above and below by turns along a warp yarn"),
           key<T>("harnesses", &T::harnesses, integer(between(5, 1000)), "of a satin: yarns in a repeat"),
-          key<T>("step", &T::step, integer(at_least(2)),
+          key<T>("step", &T::step, integer(between(2, 1000)),
                  "of a satin: from one interlacing to the next; at most harnesses - 2, without a common divisor")};
 }
 
-std::vector<Key<YarnSystem>> yarn_keys(const Names& fiber_types) {
+std::vector<Key<YarnSystem>> yarn_keys(const NameTable& fiber_types) {
   using T = YarnSystem;
   return {
       key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
-      key<T>("yarns", &T::n_yarns, integer(at_least(1)), "number of yarns").needed(),
-      key<T>("fibers", &T::n_fibers, integer(at_least(1)), "fibers in each yarn").needed(),
-      key<T>("layers", &T::n_layers, integer(at_least(1)), "fibers stacked through the flat yarn's height, at most all")
+      key<T>("yarns", &T::n_yarns, integer(between(1, most_yarns)), "number of yarns").needed(),
+      key<T>("fibers", &T::n_fibers, integer(between(1, most_fibers)), "fibers in each yarn").needed(),
+      key<T>("layers", &T::n_layers, integer(between(1, most_fibers)),
+             "fibers stacked through the flat yarn's height, at most all")
           .otherwise("default: as round as it gets"),
-      key<T>("elements", &T::n_elements, integer(at_least(1)), "3-node elements along each fiber").needed(),
+      key<T>("elements", &T::n_elements, integer(between(1, most_elements)), "3-node elements along each fiber")
+          .needed(),
       key<T>("yarn_spacing", &T::yarn_spacing, quantity(length, above(0)),
              "distance of neighbouring yarn axes (1/sett); at least the width of a yarn")
           .needed(),
@@ -118,7 +126,7 @@ std::vector<Key<BodySpec>> body_keys() {
           key<T>("position", &T::position, vector(length), "point about which it turns and where its force acts")};
 }
 
-std::vector<Key<Tie>> tie_keys(const Names& fibers_and_yarns) {
+std::vector<Key<Tie>> tie_keys(const NameTable& fibers_and_yarns) {
   using T = Tie;
   const auto end = choice<FiberEnd>({{"start", FiberEnd::start}, {"end", FiberEnd::end}});
   const auto kind = choice<TieKind>({{"clamped", TieKind::clamped}, {"average", TieKind::average}});
@@ -132,17 +140,19 @@ std::vector<Key<Stage>> stage_keys() {
   using T = Stage;
   return {
       key<T>("name", &T::name, new_name(), "name of the stage").needed(),
-      key<T>("increments", &T::n_increments, integer(at_least(1)), "wanted; they are cut where they fail"),
+      key<T>("increments", &T::n_increments, integer(between(1, most_increments)),
+             "wanted; they are cut where they fail"),
       key<T>("separate_yarns", &T::separate_yarns, boolean(), "impose the crossing order of the weave"),
       key<T>("friction", &T::friction, boolean(), "friction in this stage").otherwise("default: as in [effects]"),
       key<T>("proximal_start", &T::proximal_start, number(at_least(0)), "damping at the start, in E A / L per node"),
       key<T>("proximal_end", &T::proximal_end, number(at_least(0)), "damping at the end"),
       key<T>("fiber_model", &T::fiber_model, fiber_model(), "model of every fiber in this stage")
           .otherwise("default: as in [fiber_type.NAME]"),
-      key<T>("save_every", &T::save_every, integer(at_least(1)), "increments from one saved state to the next")};
+      key<T>("save_every", &T::save_every, integer(between(1, most_increments)),
+             "increments from one saved state to the next")};
 }
 
-std::vector<Key<DriveInput>> drive_keys(const Names& bodies) {
+std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies) {
   using T = DriveInput;
   const auto dof = choice<BodyDof>({{"x", BodyDof::x},
                                     {"y", BodyDof::y},
@@ -190,16 +200,17 @@ std::vector<Key<Scene>> effect_keys() {
 
 std::vector<Key<ContactSettings>> contact_keys() {
   using T = ContactSettings;
-  return {
-      key<T>("friction_coefficient", &T::friction_coefficient, number(at_least(0)), "µ; needs friction"),
-      key<T>("reversible_slip", &T::reversible_slip, number(above(0)), "before sliding, in radii; needs friction"),
-      key<T>("spacing", &T::spacing, number(above(0)), "of contact elements along fibers, in element lengths"),
-      key<T>("search_margin", &T::search_margin, number(above(0)), "gap up to which contact is looked for, in radii"),
-      key<T>("target_penetration", &T::target_penetration, number(inside(0, 1)), "in radii; needs adapt_penalty"),
-      key<T>("regularisation", &T::regularisation, number(inside(0, 1)),
-             "penetration at which the quadratic penalty turns linear, in radii"),
-      key<T>("penalty", &T::penalty, number(above(0)),
-             "starting stiffness per length, in transverse moduli of the softer fiber")};
+  return {key<T>("friction_coefficient", &T::friction_coefficient, number(at_least(0)), "µ; needs friction"),
+          key<T>("reversible_slip", &T::reversible_slip, number(above(0)), "before sliding, in radii; needs friction"),
+          key<T>("spacing", &T::spacing, number(between(0.01, 1000)),
+                 "of contact elements along fibers, in element lengths"),
+          key<T>("search_margin", &T::search_margin, number(above_up_to(0, 1000)),
+                 "gap up to which contact is looked for, in radii"),
+          key<T>("target_penetration", &T::target_penetration, number(inside(0, 1)), "in radii; needs adapt_penalty"),
+          key<T>("regularisation", &T::regularisation, number(inside(0, 1)),
+                 "penetration at which the quadratic penalty turns linear, in radii"),
+          key<T>("penalty", &T::penalty, number(above(0)),
+                 "starting stiffness per length, in transverse moduli of the softer fiber")};
 }
 
 std::vector<Key<SolverSettings>> solver_keys() {
@@ -209,8 +220,9 @@ std::vector<Key<SolverSettings>> solver_keys() {
   return {
       key<T>("force_tolerance", &T::force_tolerance, number(inside(0, 1)),
              "residual over the forces that fibers get from outside: contact, friction, bodies, loads"),
-      key<T>("max_newton_iterations", &T::max_newton_iterations, integer(at_least(1)), "between contact detections"),
-      key<T>("max_geometry_updates", &T::max_geometry_updates, integer(at_least(1)),
+      key<T>("max_newton_iterations", &T::max_newton_iterations, integer(between(1, most_iterations)),
+             "between contact detections"),
+      key<T>("max_geometry_updates", &T::max_geometry_updates, integer(between(1, most_iterations)),
              "times that contacts found anew may undo an equilibrium, in an increment; needs contact"),
       key<T>("geometry_tolerance", &T::geometry_tolerance, number(above_up_to(0, 1)),
              "of scenes for earlier versions, which had two tolerances: the smaller one counts; needs contact"),

@@ -247,13 +247,14 @@ Vec3 SceneValue::vector(const Measure& measure) const {
   return v;
 }
 
-std::string SceneValue::one_of(const std::vector<std::string>& names, std::string_view what) const {
+Index SceneValue::one_of(const NameTable& table, std::string_view what) const {
+  const std::vector<std::string>& names = table.names();
+  const auto* name = node_->as_string();
+  if (const auto found = name ? table.find(name->get()) : std::nullopt) return *found;
   const std::string start = what.empty() ? "must be " : fmt::format("must be the name of {}: ", what);
-  if (!node_->is_string()) fail(start + allowed_names(names));
-  const std::string& name = node_->as_string()->get();
-  if (std::find(names.begin(), names.end(), name) != names.end()) return name;
+  if (!name) fail(start + allowed_names(names));
   if (names.empty()) fail(fmt::format("must be the name of {}, but the scene has none", what));
-  fail(start + allowed_names(names) + suggestion(name, names));
+  fail(start + allowed_names(names) + suggestion(name->get(), names));
 }
 
 std::vector<SceneValue> SceneValue::items(std::string_view allowed) const {

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "micro/core/name_table.h"
 #include "micro/core/types.h"
 
 namespace trame::micro {
@@ -86,7 +87,7 @@ class SceneValue {
   /// Its own name in the table that holds it, where that is a name for people: [material.NAME].
   [[nodiscard]] std::string table_name() const;
   [[nodiscard]] Vec3 vector(const Measure& measure) const;
-  [[nodiscard]] std::string one_of(const std::vector<std::string>& names, std::string_view what = "") const;
+  [[nodiscard]] Index one_of(const NameTable& names, std::string_view what = "") const;  ///< which of them
 
   [[nodiscard]] std::vector<SceneValue> items(std::string_view allowed) const;  ///< of a list with at least one
   [[nodiscard]] std::vector<SceneValue> tables() const;                         ///< of a list of tables

@@ -72,13 +72,10 @@ WeavePattern make_pattern(const SceneValue& table, const WeaveInput& input) {
 YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& scene) {
   const auto table = weave.find(family);
   if (!table) weave.fail_missing(family, fmt::format("a table, written [weave.{}]", family));
-  Names fiber_types;
-  for (const FiberType& type : scene.fiber_types) fiber_types.push_back(type.name);
+  NameTable fiber_types;
+  for (const FiberType& type : scene.fiber_types) fiber_types.add(type.name);
   YarnSystem yarns;
   read_table(*table, yarn_keys(fiber_types), {}, yarns);
-  // The pattern is spelled out for each pair of yarns.
-  constexpr Index most_yarns = 1000;
-  if (yarns.n_yarns > most_yarns) table->find("yarns")->fail(fmt::format("must be at most {}", most_yarns));
   if (yarns.n_layers > yarns.n_fibers) table->find("layers")->fail("must be at most the number of fibers");
   if (yarns.n_layers == 0 || yarns.n_yarns == 1) return yarns;
   const double diameter = 2 * scene.fiber_types[yarns.type].radius;

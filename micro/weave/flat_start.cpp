@@ -7,7 +7,7 @@
 #include <numeric>
 #include <unsupported/Eigen/Splines>
 
-#include "micro/core/wildcard.h"
+#include "micro/core/name_table.h"
 
 namespace trame::micro {
 
@@ -205,12 +205,16 @@ void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
 }
 
 void append_bodies(Assembly& assembly, const Scene& scene) {
+  NameTable yarns;
+  for (const Yarn& yarn : assembly.mesh.yarns) yarns.add(yarn.name);
   for (const BodySpec& spec : scene.bodies) {
     const Index body = add_body(assembly, spec.name, spec.position);
     for (const Tie& tie : spec.ties)
-      for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
-        if (matches(tie.fibers, assembly.mesh.yarns[assembly.mesh.yarn_of_fiber[f]].name))
+      for (const Index y : yarns.fitting(tie.fibers)) {
+        const Yarn& yarn = assembly.mesh.yarns[y];
+        for (Index f = yarn.first_fiber; f < yarn.first_fiber + yarn.n_fibers; ++f)
           assembly.ties.push_back({body, f, tie.end, tie.kind});
+      }
   }
 }
 

@@ -11,8 +11,8 @@
 #include <set>
 
 #include "micro/core/error.h"
+#include "micro/core/name_table.h"
 #include "micro/core/quantity.h"
-#include "micro/core/wildcard.h"
 #include "micro/scene/pattern.h"
 
 namespace trame::micro {
@@ -91,6 +91,18 @@ TEST(Wildcard, StarIsAnyTextAndQuestionMarkOneCharacter) {
   EXPECT_TRUE(matches("*ab*ab", "aabxabxab"));  // needs to go back to an earlier star
   EXPECT_FALSE(matches("*ab*ac", "aabxabxab"));
   EXPECT_FALSE(matches("", "a"));
+}
+
+TEST(NameTable, FindsNamesAndThoseThatFit) {
+  NameTable table({"warp/1", "weft/1", "warp/2"});
+  EXPECT_EQ(table.find("warp/2"), std::optional<Index>(2));
+  EXPECT_EQ(table.find("warp/*"), std::nullopt) << "no name";
+  EXPECT_EQ(table.fitting("warp/*"), (std::vector<Index>{0, 2}));
+  EXPECT_EQ(table.fitting("weft/1"), (std::vector<Index>{1}));
+  EXPECT_TRUE(table.fitting("warp/3").empty());
+  EXPECT_TRUE(table.add("warp/3"));
+  EXPECT_FALSE(table.add("warp/1")) << "is there already";
+  EXPECT_EQ(table.find("warp/1"), std::optional<Index>(0));
 }
 
 TEST(WeavePattern, PlainIsACheckerboard) {
