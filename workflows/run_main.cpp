@@ -3,10 +3,12 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <omp.h>
+#include <pthread.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -36,6 +38,24 @@ void open_standard_streams() {
 bool is_address_space_limited() {
   rlimit limit{};
   return getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+}
+
+/// A shell may leave no stack that is worth the name (ulimit -s 128), to threads neither: they get what is usual, and
+/// so does the program where it may. Throws InputError where it has too little.
+void take_stack() {
+  constexpr rlim_t usual = 8 << 20, least = 512 << 10;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= usual) return;
+  limit.rlim_cur = std::min(usual, limit.rlim_max);
+  setrlimit(RLIMIT_STACK, &limit);
+  pthread_attr_t of_threads;
+  pthread_attr_init(&of_threads);
+  pthread_attr_setstacksize(&of_threads, usual);
+  pthread_setattr_default_np(&of_threads);
+  pthread_attr_destroy(&of_threads);
+  if (limit.rlim_cur < least)
+    throw InputError(fmt::format("ulimit -s {}: so little stack does not do; must be at least {}", limit.rlim_cur >> 10,
+                                 least >> 10));
 }
 
 /// The lines of a message; what it quotes does not steer the terminal.
@@ -113,6 +133,7 @@ int run_main(const std::string& program, char** argv, const std::function<int()>
   running_program = program;
   std::set_terminate(end_of_a_thread);
   try {
+    take_stack();
     check_number_of_threads();
     const int code = body();
     flush_standard_output();

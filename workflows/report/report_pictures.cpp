@@ -28,8 +28,12 @@ constexpr int half_page = 540, whole_page = 1040;  // pixels, as the page shows 
 constexpr std::array<std::pair<const char*, const char*>, 3> views = {
     {{"perspective", "in perspective"}, {"top", "from above"}, {"cut", "cut open along the middle of "}}};
 
-/// Starts a command with an X server of its own; one that hangs is ended.
-const Command own_server = {"timeout", "300", "xvfb-run", "-a", "-s", "-screen 0 1280x1024x24 -noreset"};
+/// Starts a command with an X server of its own, which keeps its files in `folder`, whatever TMPDIR is; one that hangs
+/// is ended.
+Command own_server(const fs::path& folder) {
+  return {"env", "TMPDIR=" + folder.string(),      "timeout", "300", "xvfb-run", "-a",
+          "-s",  "-screen 0 1280x1024x24 -noreset"};
+}
 
 Command joined(Command first, const Command& second) {
   first.insert(first.end(), second.begin(), second.end());
@@ -96,9 +100,11 @@ std::string why_not() {
 }  // namespace
 
 PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const std::string& name) {
+  const micro::FiberMesh& mesh = states.header().mesh;
+  if (!std::all_of(mesh.radius.begin(), mesh.radius.end(), [](double r) { return r > 0; }))
+    return {{}, "the radii of the fibers are not known"};
   const TemporaryFolder folder;
   write_states(states, state, folder.path() / "states.h5");
-  const micro::FiberMesh& mesh = states.header().mesh;
   const std::vector<Vec3> r = states.read(state).fibers.r;
   const micro::Yarn& along = yarn_to_cut(mesh, r);
   // All from one process, which starts VTK, and where need be an X server, but once.
@@ -115,7 +121,7 @@ PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const
     }
   const char* display = std::getenv("DISPLAY");
   const bool drawn = (display != nullptr && *display != '\0' && run_quietly(folder.path(), render)) ||
-                     run_quietly(folder.path(), joined(own_server, render));
+                     run_quietly(folder.path(), joined(own_server(folder.path()), render));
   if (!drawn) return {{}, why_not()};
   for (ReportPicture& picture : result.pictures) picture.png = bytes_of(folder.path() / picture.png);
   return result;
