@@ -252,13 +252,14 @@ TEST(DamagedStates, DoNotBringDownAnyProgram) {
 
 TEST(Memory, ThatIsNotThereIsNotTaken) {
   const TemporaryFolder folder;
-  std::string scene = read_text(fs::path(TRAME_DATA_DIR) / "scenes/cantilever.toml");
-  scene.replace(scene.find("elements = 20"), 13, "elements = 40000000");
-  scene.replace(scene.find("[\"1000 um\""), 10, "[\"10 mm\"");  // short enough to be stiff, with elements that may be
+  std::string scene = read_text(fs::path(TRAME_DATA_DIR) / "scenes/single_yarn.toml");
+  scene.replace(scene.find("elements = 36"), 13, "elements = 40000");
+  scene.replace(scene.find("\nfibers = 2"), 11, "\nfibers = 1000");
   write_text(folder / "long.toml", scene);
   const Outcome outcome = run(folder.path(), {TRAME_SIMULATE_FIBERS, "long.toml", "--check"});
   EXPECT_EQ(outcome.exit_code, 2);
-  for (const char* part : {"long: fiber[1].elements: 8e+07 of 8e+07 nodes", "at least 160 GB", "take fewer"})
+  for (const char* part :
+       {"long: bundle[1].fibers and elements: 8e+07 of 8e+07 nodes", "at least 160 GB", "take fewer"})
     EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
 }
 
