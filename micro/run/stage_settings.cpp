@@ -86,8 +86,7 @@ LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, cons
           .friction_tolerance = std::max(over_force_tolerance * force_tolerance(scene.solver), least),
           .min_increment = scene.solver.min_increment,
           // Without contact the tangent makes the better guess.
-          .prediction_cap = model.contact ? scene.solver.step_cap * smallest_radius(model) : 0,
-          .may_take_whole_steps = !model.contact};
+          .prediction_cap = model.contact ? scene.solver.step_cap * smallest_radius(model) : 0};
 }
 
 double tolerance_factor(const Stage& stage, double to) {

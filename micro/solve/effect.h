@@ -12,7 +12,8 @@
 namespace trame::micro {
 
 /// A term of the incremental potential: elastic fibers, contact, ties, loads, damping. Its life in an increment:
-/// `begin_step` → (`update` → Newton iterations of `follow` and `add`)* → `commit`, or nothing more where the increment is cut.
+/// `begin_step` → (`update` → Newton iterations of `follow` and `add`)* → `commit`, or nothing more where the increment
+/// is cut.
 class Effect {
  public:
   virtual ~Effect() = default;
@@ -20,15 +21,15 @@ class Effect {
 
   /// A step from `start` to stage time t ∈ (0, 1] begins: take the load and the start values.
   virtual void begin_step(const State& /*start*/, double /*stage_time*/) {}
-  /// Looks anew, at `state`, for what the effect acts on: which fibers are near each other. With `keep`, what it acts on
-  /// already stays as it is, and only what is missing is added: `state` is an equilibrium of that, or fibers go to and
-  /// fro.
+  /// Looks anew, at `state`, for what the effect acts on: which fibers are near each other. With `keep`, what it acts
+  /// on already stays as it is, and only what is missing is added: `state` is an equilibrium of that, or fibers go to
+  /// and fro.
   virtual void update(const State& /*state*/, bool /*keep*/ = false) {}
-  /// A state along a step that is tried, the one with which an iteration begins, and likewise, but with what stays within
-  /// iterations renewed: the limits of friction.
+  /// A state along a step that is tried, the one with which an iteration begins, and likewise, but with what stays
+  /// within iterations renewed: the limits of friction.
   enum class Follow : std::uint8_t { trial, iteration, renewal };
-  /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Returns true
-  /// where couplings have come up that are not in the sparsity.
+  /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Returns
+  /// true where couplings have come up that are not in the sparsity.
   virtual bool follow(const State& /*state*/, Follow /*what*/) { return false; }
   /// Whether the effect is the fibers' own elasticity. What is not, comes from outside of a fiber: contact, friction,
   /// bodies, loads. Equilibrium is judged against that.

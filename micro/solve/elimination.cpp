@@ -133,8 +133,7 @@ Elimination::Elimination(const Layout& layout, const Pattern& pattern, std::span
 
   block_start.assign(n + 1, 0);
   const auto column_of = [&](Index i, Index j) { return std::min(position[i], position[j]); };
-  for (Index j = 0; j < n; ++j)
-    for_each_kept(pattern, kept, j, [&](Index i) { ++block_start[column_of(i, j) + 1]; });
+  for (Index j = 0; j < n; ++j) for_each_kept(pattern, kept, j, [&](Index i) { ++block_start[column_of(i, j) + 1]; });
   for (Index k = 0; k < n; ++k) block_start[k + 1] += block_start[k];
   blocks.resize(block_start[n]);
   std::vector<std::size_t> at(block_start.begin(), block_start.end() - 1);

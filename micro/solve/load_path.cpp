@@ -165,16 +165,12 @@ StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSet
                        const StageDriver& driver, Timers& timers, StagePosition& position, State& state) {
   const Tools tools{newton, effects, settings, driver, timers};
   const double nominal = 1.0 / settings.n_increments;
-  auto& [time, next_size, last_size, n_accepted, searches, before] = position;
-  if (n_accepted == 0) position = {0, nominal, nominal, 0, true, state};
+  auto& [time, next_size, last_size, n_accepted, before] = position;
+  if (n_accepted == 0) position = {0, nominal, nominal, 0, state};
   double size = next_size;
   IncrementReport report;
   Attempt failure;  // the last one since `state`, but a refused equilibrium says more than that smaller increments
                     // found none
-  // Slender fibers that bend are stretched by the square of each step: their potential rises at first, and line
-  // searches cut such steps down to nothing. Whole steps get through, for what is stretched in one step is taken back
-  // in the next, but they do not know uphill from downhill.
-  newton.search_along_steps(searches);
   auto clock = Timers::Clock::now();
   while (time < 1) {
     const double to = time + (1 + sliver) * size >= 1 ? 1 : time + size;
@@ -193,11 +189,6 @@ StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSet
       ++report.n_cuts;
       size = cut * (to - time);
       tools.log(fmt::format("  cut: {}", attempt.reason));
-      if (size < settings.min_increment && searches && settings.may_take_whole_steps) {
-        tools.log("  whole steps from here on");
-        newton.search_along_steps(searches = false);
-        size = nominal;
-      }
       if (size < settings.min_increment)
         return {StageOutcome::Status::gave_up, failure.reason, time, failure.worst_dof};
       continue;

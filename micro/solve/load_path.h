@@ -17,8 +17,6 @@ struct LoadPathSettings {
   double friction_tolerance = 0;  ///< residual once limits of friction are renewed: forces are in balance before that
   double min_increment = 0;       ///< of stage time
   double prediction_cap = 0;      ///< largest motion of a first guess, in the unit of length
-  /// Where even the smallest increment fails, goes on without line searches before giving up.
-  bool may_take_whole_steps = false;
 
   int max_detours = 60;      ///< detections in an increment on the way, where fibers move far
   int max_stiffenings = 12;  ///< of penalties and preloads in an increment
@@ -57,10 +55,9 @@ struct StagePosition {
   double size = 0;       ///< of the next step; 0: as the settings say
   double last_size = 0;  ///< of the last step
   int n_accepted = 0;
-  bool searches = true;  ///< along steps, for where the potential no longer falls
-  State before;          ///< the accepted state before the last one
+  State before;  ///< the accepted state before the last one
 
-  void keep(Archive& archive) { archive(time, size, last_size, n_accepted, searches, before); }
+  void keep(Archive& archive) { archive(time, size, last_size, n_accepted, before); }
 };
 
 struct StageOutcome {

@@ -480,8 +480,7 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     double alpha = step.size > cap ? cap / step.size : 1.0;
     if (alpha < 1) ++n_capped_;
     // With a prescribed motion under way the potential may rise along the step: nothing to search.
-    if (remaining == 0 && searches_)
-      alpha = line_search(effects, state, alpha, cap / step.size, slope(prescribed), prescribed);
+    if (remaining == 0) alpha = line_search(effects, state, alpha, cap / step.size, slope(prescribed), prescribed);
     last_taken_whole = alpha >= 1;
     if (settings_.damps_soft_modes) adapt_trust(step.size, alpha);
     if (log)

@@ -120,9 +120,6 @@ class NewtonSolver {
     return excess(r, slack) <= 1 && r.worst_part <= slack;
   }
 
-  /// Whether steps are searched along for where the potential no longer falls (so at first), or taken whole up to the
-  /// cap.
-  void search_along_steps(bool on) { searches_ = on; }
   /// Whether the equilibrium `state` is seen to be unstable: a direction of negative curvature is found on its exact
   /// tangent, by a few conjugate gradients behind the factor at hand. False says nothing.
   [[nodiscard]] bool seen_unstable(Effects& effects, const PrescribedMotion& prescribed, const State& state);
@@ -174,10 +171,9 @@ class NewtonSolver {
   Pattern pattern_;
   LinearSolver linear_;
   Residual round_off_;
-  double trust_radius_ = 0;     // of the ball in which the tangent is trusted, like step_cap
-  double lowest_residual_ = 0;  // norm, in this solve
-  int n_capped_ = 0;            // steps at the cap since then
-  bool searches_ = true;
+  double trust_radius_ = 0;             // of the ball in which the tangent is trusted, like step_cap
+  double lowest_residual_ = 0;          // norm, in this solve
+  int n_capped_ = 0;                    // steps at the cap since then
   bool indefinite_ = false;             // the last tangent of this solve was not positive definite
   std::vector<Index> owned_from_;       // n_threads + 1 node limits
   std::vector<Index> node_of_;          // of each vector
