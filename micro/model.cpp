@@ -291,6 +291,21 @@ std::vector<double> StageModel::body_forces(const State& state) const {
   return forces;
 }
 
+std::vector<double> StageModel::loads_at_start(const StageStart& from) const {
+  std::vector<double> loads = body_forces(start);
+  for (const FollowTerm& term : follow ? follow->outermost_first() : std::vector<FollowTerm>()) {
+    const Vec3 force = loads[bodies.dof(term.follower, static_cast<BodyDof>(term.axis))] * Vec3::Unit(term.axis);
+    const Vec3 moment = (term.follower_start - term.leader_start.position).cross(force);
+    for (int d = 0; d < 3; ++d) {
+      loads[6 * term.leader + d] += force[d];
+      loads[6 * term.leader + 3 + d] += moment[d];
+    }
+  }
+  for (std::size_t i = 0; i < drives.size(); ++i)
+    if (drives[i].kind == DofDrive::Kind::force) loads[i] = from.body_forces[i];
+  return loads;
+}
+
 Index StageModel::n_contact_elements() const {
   return static_cast<Index>((contact ? contact->elements().size() : 0) +
                             (crossing_order ? crossing_order->elements().size() : 0));

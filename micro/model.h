@@ -41,6 +41,9 @@ struct StageModel {
   [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;
   /// The same of all bodies, 6 numbers each.
   [[nodiscard]] std::vector<double> body_forces(const State& state) const;
+  /// The same as a stage begins. Nothing pulls at leaders yet: what their followers carry is what they take over; but
+  /// dofs that are loaded start from the load of before.
+  [[nodiscard]] std::vector<double> loads_at_start(const StageStart& from) const;
   [[nodiscard]] Index n_contact_elements() const;
   [[nodiscard]] std::string describe_dof(Index dof) const;
 

@@ -6,8 +6,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "workflows/csv.h"
-
 namespace trame::workflows {
 
 namespace {
@@ -31,12 +29,19 @@ nlohmann::json seconds_json(const Timers& timers) {
 
 }  // namespace
 
-std::string curves_csv(const std::vector<micro::CurvePoint>& curve) {
-  std::string text = "stage,stage_time,warp_strain,weft_strain,warp_force_N,weft_force_N\n";
-  for (const micro::CurvePoint& point : curve)
-    text += fmt::format("{},{:.6g},{:.9g},{:.9g},{:.9g},{:.9g}\n", csv_field(point.stage), point.stage_time,
-                        point.side_strain[0], point.side_strain[1], point.side_force[0], point.side_force[1]);
-  return text;
+CurvesTable curves_table(const micro::Scene& scene, const micro::SimulationSummary& summary) {
+  const CurvesLayout layout = curves_layout(scene, summary.body_names);
+  CurvesTable table{layout.columns(), {}};
+  const auto add = [&](const micro::CurvePoint& point) {
+    table.rows.push_back({point.stage, point.stage_time,
+                          layout.values(point.side_strain, point.side_force, point.motion, point.reaction)});
+  };
+  auto start = summary.stage_starts.begin();
+  for (const micro::CurvePoint& point : summary.curve) {
+    if (start != summary.stage_starts.end() && start->stage == point.stage) add(*start++);
+    add(point);
+  }
+  return table;
 }
 
 std::string status_text(micro::SimulationSummary::Status status) {

@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "micro/simulate.h"
+#include "workflows/curves/curves_table.h"
 
 namespace trame::workflows {
 
-/// A line for each increment: stage, time within it (0…1), strains and forces (N) of the warp and weft sides.
-[[nodiscard]] std::string curves_csv(const std::vector<micro::CurvePoint>& curve);
+/// The curves of a run. A stage that ended before its first increment has no row.
+[[nodiscard]] CurvesTable curves_table(const micro::Scene& scene, const micro::SimulationSummary& summary);
 
 /// "done", "interrupted", "gave_up" or "cannot_write".
 [[nodiscard]] std::string status_text(micro::SimulationSummary::Status status);

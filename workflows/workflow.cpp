@@ -10,19 +10,19 @@
 
 #include "micro/core/error.h"
 #include "micro/core/text.h"
-#include "micro/states/fibers_vtk.h"
-#include "micro/states/snapshot.h"
 #include "micro/simulate.h"
 #include "micro/solve/threads.h"
+#include "micro/states/fibers_vtk.h"
+#include "micro/states/snapshot.h"
 #include "workflows/accuracy/estimate.h"
 #include "workflows/accuracy/profile.h"
 #include "workflows/command_line.h"
+#include "workflows/curves/curves_plot.h"
 #include "workflows/environment.h"
 #include "workflows/file_probe.h"
 #include "workflows/load_ratio.h"
 #include "workflows/memory.h"
 #include "workflows/report.h"
-#include "workflows/report/curves_plot.h"
 #include "workflows/scene_overview.h"
 #include "workflows/warnings.h"
 
@@ -107,10 +107,11 @@ void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
 }
 
 void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds) {
-  static constexpr std::array<std::pair<const char*, const char*>, 7> files = {{
+  static constexpr std::array<std::pair<const char*, const char*>, 8> files = {{
       {"report.html", "all of it at a glance: open in a browser"},
       {"summary.json", "sizes, accuracy, energies, times"},
-      {"curves.csv", "strains and forces of the sides"},
+      {"curves.csv", "motion and reaction of everything that is driven"},
+      {"branches.csv", "loading and unloading: stiffness, work, loops"},
       {"curves.svg", "their picture"},
       {"states.h5", "every saved state, for strain_post"},
       {"vtk/fibers.pvd", "ParaView: open, Apply; filter Tube, Scalars radius, Vary Radius By Absolute Scalar"},
@@ -123,9 +124,12 @@ void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds
 
 void write_curves(const OutputDirectory& out, const micro::Scene& scene, const micro::SimulationSummary& summary,
                   Terminal& terminal) {
-  if (!scene.weave) return;  // only a weave has sides
-  write_whole_file(out.curves(), curves_csv(summary.curve));
-  if (!plot_curves(out, summary.curve, scene.title))
+  const CurvesTable table = curves_table(scene, summary);
+  if (table.columns.empty()) return;
+  write_whole_file(out.curves(), csv_text(table));
+  const std::vector<Curve> curves = curves_of(table, scene);
+  write_whole_file(out.branches(), branches_csv(curves));
+  if (!plot_curves(out.root(), curves, scene.title))
     terminal.line("No picture of the curves: gnuplot is not installed, or failed on curves.gp.");
 }
 

@@ -1,5 +1,8 @@
 #include "micro/rigid/rigid_body.h"
 
+#include <algorithm>
+#include <set>
+
 namespace trame::micro {
 
 namespace {
@@ -216,6 +219,20 @@ std::pair<Vec3, Vec3> Follow::pull(const State& state, Index leader) const {
     moment += d.arm.cross(f);
   }
   return {force, moment};
+}
+
+std::vector<FollowTerm> Follow::outermost_first() const {
+  std::vector<FollowTerm> sorted, open = terms_;
+  while (!open.empty()) {  // no body follows itself
+    std::set<Index> leaders;
+    for (const FollowTerm& term : open) leaders.insert(term.leader);
+    const auto ready = std::stable_partition(open.begin(), open.end(),
+                                             [&](const FollowTerm& term) { return leaders.contains(term.follower); });
+    if (ready == open.end()) break;
+    sorted.insert(sorted.end(), ready, open.end());
+    open.erase(ready, open.end());
+  }
+  return sorted;
 }
 
 void BodyLoads::add(const State&, Assembler& assembler) const {

@@ -110,6 +110,8 @@ class Follow final : public Effect {
   [[nodiscard]] double energy(const State& state) const override;
   /// Force and moment with which a leader pulls at its followers.
   [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index leader) const;
+  /// Each term after those of which its follower is the leader.
+  [[nodiscard]] std::vector<FollowTerm> outermost_first() const;
 
  private:
   struct Deviation {

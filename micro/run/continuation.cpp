@@ -128,7 +128,7 @@ void take_up(Resumption& resumption, const Scene& scene, const Assembly& assembl
     const std::size_t n_bodies = assembly.body_names.size(), n_stages = scene.stages.size();
     const bool fits = fibers.r.size() == n_nodes && fibers.g1.size() == n_nodes && fibers.g2.size() == n_nodes &&
                       fibers.tangent.size() == n_nodes && run.stage_start.poses.size() == n_bodies &&
-                      run.stage_start.body_forces.size() == 6 * n_bodies;
+                      run.stage_start.body_forces.size() == 6 * n_bodies && run.motion.size() == 6 * n_bodies;
     resumption.kept.require(fits, "fibers and bodies of another scene");
     resumption.kept.require(run.first_stage <= at.stage && at.stage < n_stages + (at.within ? 0 : 1) &&
                                 at.stage_time >= 0 && at.stage_time <= 1 && at.since_saved >= 0 &&

@@ -49,20 +49,23 @@ void EnergyAccount::close(const StageModel& model, const State& accepted) {
   total_ += effects_ledger(model, accepted);
 }
 
-double external_work(const StageModel& model, const State& from, const State& to,
-                     const std::vector<double>& forces_from, const std::vector<double>& forces_to) {
-  double work = 0;
+std::vector<double> body_motion(const StageModel& model, const State& from, const State& to) {
+  std::vector<double> motion;
   for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
     const Pose p = model.bodies.pose(from, b), q = model.bodies.pose(to, b);
     const Eigen::AngleAxisd turn(q.rotation * p.rotation.transpose());
-    const Vec3 motion = q.position - p.position, rotation = turn.angle() * turn.axis();
-    for (int d = 0; d < 6; ++d) {
-      const Index i = 6 * b + d;
-      // What moves a follower is its leader, inside the system.
-      if (model.drives[i].kind == DofDrive::Kind::follow) continue;
-      work += 0.5 * (forces_from[i] + forces_to[i]) * (d < 3 ? motion[d] : rotation[d - 3]);
-    }
+    for (const Vec3& v : {Vec3(q.position - p.position), Vec3(turn.angle() * turn.axis())})
+      motion.insert(motion.end(), v.data(), v.data() + 3);
   }
+  return motion;
+}
+
+double external_work(const StageModel& model, const std::vector<double>& motion, const std::vector<double>& forces_from,
+                     const std::vector<double>& forces_to) {
+  double work = 0;
+  for (std::size_t i = 0; i < motion.size(); ++i)
+    // What moves a follower is its leader, inside the system.
+    if (model.drives[i].kind != DofDrive::Kind::follow) work += 0.5 * (forces_from[i] + forces_to[i]) * motion[i];
   return work;
 }
 

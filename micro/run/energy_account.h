@@ -27,8 +27,11 @@ class EnergyAccount {
   Ledger beside_effects_;  // without what the effects of the current stage know
 };
 
-/// Work of the external forces on the bodies between two states, by the trapezoidal rule. Forces: 6 per body.
-[[nodiscard]] double external_work(const StageModel& model, const State& from, const State& to,
+/// How far bodies go and turn between two states, 6 numbers each.
+[[nodiscard]] std::vector<double> body_motion(const StageModel& model, const State& from, const State& to);
+
+/// Work of the external forces on the bodies along a motion, by the trapezoidal rule. Forces: 6 per body.
+[[nodiscard]] double external_work(const StageModel& model, const std::vector<double>& motion,
                                    const std::vector<double>& forces_from, const std::vector<double>& forces_to);
 
 /// Energy that fibers lose on the way to `first`, the first increment of a stage, which finds them out of balance: the

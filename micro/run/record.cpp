@@ -59,7 +59,8 @@ Increment start_record(const StageStart& start, const Scales& scales) {
   return record;
 }
 
-BodyRecord record_bodies(const StageModel& model, const State& state, const Scales& scales) {
+BodyRecord record_bodies(const StageModel& model, const State& state, const std::vector<double>& motion,
+                         const Scales& scales) {
   BodyRecord record;
   for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
     const Pose pose = model.bodies.pose(state, b);
@@ -68,6 +69,9 @@ BodyRecord record_bodies(const StageModel& model, const State& state, const Scal
     record.rotation.push_back(pose.rotation);
     record.force.push_back(force * scales.force());
     record.moment.push_back(moment * scales.energy());
+    const double* six = motion.data() + std::ptrdiff_t{6} * b;
+    record.motion.emplace_back(six[0], six[1], six[2]);
+    record.turn.emplace_back(six[3], six[4], six[5]);
   }
   return record;
 }

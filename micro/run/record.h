@@ -12,7 +12,9 @@ namespace trame::micro {
 /// The layout of the scene, before anything has moved.
 [[nodiscard]] Increment start_record(const StageStart& start, const Scales& scales);
 [[nodiscard]] ContactRecord record_contacts(const StageModel& model, const State& state, const Scales& scales);
-[[nodiscard]] BodyRecord record_bodies(const StageModel& model, const State& state, const Scales& scales);
+/// `motion`: as in CurvePoint.
+[[nodiscard]] BodyRecord record_bodies(const StageModel& model, const State& state, const std::vector<double>& motion,
+                                       const Scales& scales);
 
 /// What the solver did for an increment that ended at `state`.
 [[nodiscard]] SolverRecord record_solver(const StageModel& model, const State& state, const IncrementReport& report,

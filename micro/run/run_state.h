@@ -11,12 +11,15 @@ namespace trame::micro {
 
 /// From stage to stage.
 struct RunState {
-  explicit RunState(const Assembly& assembly) : gauge(assembly) {}
+  explicit RunState(const Assembly& assembly) : gauge(assembly), motion(6 * assembly.body_names.size(), 0.0) {
+    summary.body_names = assembly.body_names;
+  }
 
   std::uint64_t first_stage = 0;  ///< of the scene, with which the run began
   EnergyAccount energy;
   SideGauge gauge;
-  StageStart stage_start;  ///< of the stage under way, or of the next one
+  std::vector<double> motion;  ///< of bodies since the run began, six numbers each; not what happens between stages
+  StageStart stage_start;      ///< of the stage under way, or of the next one
   SimulationSummary summary;
   std::string first_unstable;  ///< where and when
   CurvePoint last_point;       ///< of the last accepted increment
@@ -24,7 +27,7 @@ struct RunState {
   Index since_saved = 0;  ///< increments; kept in the milestone
 
   void keep(Archive& archive) {
-    archive(first_stage, energy, gauge, stage_start, summary, first_unstable, last_point, last_solver);
+    archive(first_stage, energy, gauge, motion, stage_start, summary, first_unstable, last_point, last_solver);
   }
 };
 

@@ -21,13 +21,18 @@ SideGauge::SideGauge(const Assembly& assembly) : present_(!assembly.crossings.em
 
 void SideGauge::begin_stage(const StageModel& model) {
   if (!present_) return;
-  bool driven = false;
-  for (int d = 0; d < 2; ++d)
-    for (const Index b : {sides_[d].start, sides_[d].end})
-      driven = driven || model.drives[6 * b + d].kind != DofDrive::Kind::held;
-  if (!(driven && driven_))
+  using Kind = DofDrive::Kind;
+  bool driven = false, loose = false;
+  for (int d = 0; d < 2; ++d) {
+    const auto kind = [&](Index body) { return model.drives[6 * body + d].kind; };
+    for (const Index b : {sides_[d].start, sides_[d].end}) driven = driven || kind(b) != Kind::held;
+    for (const auto* yarns : {&sides_[d].start_yarns, &sides_[d].end_yarns})
+      for (const Index b : *yarns) loose = loose || (kind(b) != Kind::held && kind(b) != Kind::follow);
+  }
+  if (!driven && loose) strained_ = false;
+  if (!strained_)
     for (int d = 0; d < 2; ++d) reference_[d] = distance(model, model.start, d);
-  driven_ = driven;
+  strained_ = strained_ || driven;
 }
 
 SideGauge::Reading SideGauge::read(const StageModel& model, const State& state) const {

@@ -14,7 +14,8 @@ class SideGauge {
  public:
   explicit SideGauge(const Assembly& assembly);
 
-  /// Strains count from the start of the first stage that drives the sides after one that does not.
+  /// Strains count from the start of the first stage that drives the sides, and go on in all that follow; but where a
+  /// stage moves the yarns' ends without the sides, they begin anew with the next one that drives them.
   void begin_stage(const StageModel& model);
 
   struct Reading {
@@ -23,7 +24,7 @@ class SideGauge {
   };
   [[nodiscard]] Reading read(const StageModel& model, const State& state) const;
 
-  void keep(Archive& archive) { archive(reference_[0], reference_[1], driven_); }
+  void keep(Archive& archive) { archive(reference_[0], reference_[1], strained_); }
 
  private:
   struct Sides {
@@ -33,7 +34,7 @@ class SideGauge {
   [[nodiscard]] double distance(const StageModel& model, const State& state, int d) const;
   std::vector<Sides> sides_;
   std::array<double, 2> reference_{};
-  bool present_ = false, driven_ = false;
+  bool present_ = false, strained_ = false;
 };
 
 }  // namespace trame::micro

@@ -26,6 +26,8 @@ class StageRun {
     run_.state.gauge.begin_stage(model_);
     run_.state.energy.begin_stage(model_);
     at_ = {{}, model_.start, model_.body_forces(model_.start)};
+    run_.state.summary.stage_starts.push_back(
+        curve_point(0, model_.start, model_.loads_at_start(run_.state.stage_start)));
   }
 
   /// What was begun with the stage is there again.
@@ -61,7 +63,9 @@ class StageRun {
   void book(const State& before, const State& accepted, double stage_time) {
     EnergyAccount& energy = run_.state.energy;
     std::vector<double> forces = model_.body_forces(accepted);
-    energy.add(Source::bodies, external_work(model_, before, accepted, at_.body_forces, forces));
+    const std::vector<double> motion = body_motion(model_, before, accepted);
+    energy.add(Source::bodies, external_work(model_, motion, at_.body_forces, forces));
+    for (std::size_t i = 0; i < motion.size(); ++i) run_.state.motion[i] += motion[i];
     if (at_.position.n_accepted == 1) {
       StageModel at_start(run_.scene, run_.assembly, stage_, run_.state.stage_start);
       energy.add(Sink::release, released_energy(at_start, accepted, stage_time));
@@ -79,9 +83,8 @@ class StageRun {
     state.summary.count(solver, model_.n_contact_elements());
     if (report.unstable && state.summary.n_unstable_increments == 1)
       state.first_unstable = fmt::format("in stage {} at stage time {:.4f}", stage_.name, report.stage_time);
-    const auto [strain, force] = state.gauge.read(model_, at_.state);
-    const double unit = run_.scales.force();
-    state.last_point = {stage_.name, report.stage_time, strain, {force[0] * unit, force[1] * unit}, solver.energy};
+    state.last_point = curve_point(report.stage_time, at_.state, at_.body_forces);
+    state.last_point.energy = solver.energy;
     state.summary.curve.push_back(state.last_point);
     ++state.since_saved;
     run_.continuation = continuation(state, at_, model_, newton_, run_.options.changes, stage_, index_);
@@ -89,6 +92,20 @@ class StageRun {
     if (stop || report.stage_time >= 1 || state.since_saved >= stage_.save_every) save();
     if (run_.options.on_increment) run_.options.on_increment(progress(report.stage_time));
     return !stop;
+  }
+
+  [[nodiscard]] CurvePoint curve_point(double stage_time, const State& state,
+                                       const std::vector<double>& body_forces) const {
+    const Scales& scales = run_.scales;
+    const auto [strain, force] = run_.state.gauge.read(model_, state);
+    CurvePoint point{stage_.name, stage_time, strain, {force[0] * scales.force(), force[1] * scales.force()},
+                     {},          {},         {}};
+    for (std::size_t i = 0; i < body_forces.size(); ++i) {
+      const bool turns = i % 6 >= 3;
+      point.motion.push_back(run_.state.motion[i] * (turns ? 1 : scales.length));
+      point.reaction.push_back(body_forces[i] * (turns ? scales.energy() : scales.force()));
+    }
+    return point;
   }
 
   void save() {
@@ -101,7 +118,8 @@ class StageRun {
                          .stage_time = state.last_point.stage_time,
                          .fibers = dimensional(configuration, run_.scales),
                          .contacts = record_contacts(model_, at_.state, run_.scales),
-                         .bodies = record_bodies(model_, at_.state, run_.scales),
+                         .bodies = record_bodies(model_, at_.state, state.last_point.motion, run_.scales),
+                         .sides = {state.last_point.side_strain, state.last_point.side_force},
                          .solver = state.last_solver},
                         run_.continuation);
     state.since_saved = 0;

@@ -12,18 +12,17 @@
 
 namespace trame::micro {
 
-/// A point of the curves: strain and force of the patch's sides, per increment.
+/// A point of the curves: of an increment, or of the start of a stage.
 struct CurvePoint {
   std::string stage;
   double stage_time = 0;
-  /// Warp, weft: relative change of the distance of the side bodies since the stages that drive them began; 0 without a
-  /// weave.
-  std::array<double, 2> side_strain{};
-  std::array<double, 2> side_force{};  ///< warp, weft: mean of the pulling forces on both sides, N
-  EnergyRecord energy;                 ///< of the increment
+  std::array<double, 2> side_strain{}, side_force{};  ///< as in SideRecord
+  EnergyRecord energy;                                ///< of the increment
+  /// Six numbers for each body: motion (m) and turn (rad), as in BodyRecord; force (N) and moment (N m) on it.
+  std::vector<double> motion, reaction;
 
   void keep(Archive& archive) {
-    archive(stage, stage_time, side_strain[0], side_strain[1], side_force[0], side_force[1], energy);
+    archive(stage, stage_time, side_strain[0], side_strain[1], side_force[0], side_force[1], energy, motion, reaction);
   }
 };
 
@@ -42,8 +41,10 @@ struct SimulationSummary {
   bool crossing_order_ok = true;      ///< true without a weave
   Index n_crossings = 0, n_crossings_ok = 0;
   int n_threads = 0;
-  std::vector<CurvePoint> curve;
-  Timers timers;  ///< of this process
+  std::vector<std::string> body_names;
+  std::vector<CurvePoint> curve;         ///< a point for each increment
+  std::vector<CurvePoint> stage_starts;  ///< where the stages of the curve begin, before anything moves
+  Timers timers;                         ///< of this process
 
   /// Adds an accepted increment with so many contact elements.
   void count(const SolverRecord& increment, Index n_contact_elements);
@@ -52,7 +53,7 @@ struct SimulationSummary {
   void keep(Archive& archive) {
     archive(n_contact_elements_max, n_increments, n_cut_increments, n_newton_iterations, n_factorizations,
             max_penetration_over_radius, force_imbalance, moment_imbalance, energy, n_unstable_increments,
-            n_buried_ends, warnings, crossing_order_ok, n_crossings, n_crossings_ok, curve);
+            n_buried_ends, warnings, crossing_order_ok, n_crossings, n_crossings_ok, curve, stage_starts);
   }
 };
 

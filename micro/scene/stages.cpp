@@ -25,13 +25,13 @@ NameTable tieable_names(const Scene& scene) {
   return names;
 }
 
+}  // namespace
+
 NameTable body_names(const Scene& scene) {
   NameTable names(scene.weave ? weave_body_names(*scene.weave) : Names());
   for (const BodySpec& body : scene.bodies) names.add(body.name);
   return names;
 }
-
-}  // namespace
 
 void read_bodies(const SceneValue& root, Scene& scene) {
   const auto bodies = root.find("body");

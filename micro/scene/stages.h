@@ -10,6 +10,9 @@ namespace trame::micro {
 /// Adds a name; fails for one that `known` holds already.
 void add_new_name(const SceneValue& named, const std::string& name, NameTable& known);
 
+/// Bodies in the order of the assembled scene: those of the weave, then those of [[body]].
+[[nodiscard]] NameTable body_names(const Scene& scene);
+
 /// Fills scene.bodies from [[body]]. Needs the fibers, bundles and the weave.
 void read_bodies(const SceneValue& root, Scene& scene);
 

@@ -38,6 +38,16 @@ struct BodyRecord {
   std::vector<Mat3> rotation;
   std::vector<Vec3> force;   ///< external force on the body (reaction or drive), N
   std::vector<Vec3> moment;  ///< N m
+  // Sums over the increments since the run began, without what happens between stages. None of these in older files.
+  std::vector<Vec3> motion;  ///< m
+  std::vector<Vec3> turn;    ///< rotation vectors of the increments, rad
+};
+
+/// Of the sides of a woven patch, warp and weft; all 0 without a weave, and in older files.
+struct SideRecord {
+  /// Relative change of the distance of the side bodies since they began to hold the yarns' ends.
+  std::array<double, 2> strain{};
+  std::array<double, 2> force{};  ///< mean of the pulling forces on both sides, N
 };
 
 /// Energies since the start of the run, J. The external work is all that came in, by the sources of the ledger in
@@ -77,6 +87,7 @@ struct Increment {
   FiberConfiguration fibers;
   ContactRecord contacts;
   BodyRecord bodies;
+  SideRecord sides;
   SolverRecord solver;
 };
 
@@ -89,8 +100,9 @@ struct SnapshotHeader {
   std::vector<std::string> body_names;
 };
 
-/// Appends increments to a state file, and with each of them what a run needs to go on from there. Each increment is on the disk before the file's `n_increments` counts it, and
-/// what is counted is never written to again, so that a crash at any moment leaves every counted increment intact.
+/// Appends increments to a state file, and with each of them what a run needs to go on from there. Each increment is on
+/// the disk before the file's `n_increments` counts it, and what is counted is never written to again, so that a crash
+/// at any moment leaves every counted increment intact.
 class SnapshotWriter {
  public:
   /// Creates the file. Throws InputError where it exists already or cannot be created, WriteError where there is no
@@ -100,9 +112,9 @@ class SnapshotWriter {
   SnapshotWriter(const SnapshotWriter&) = delete;
   SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
-  /// `continuation`: bytes that `SnapshotReader::continuation` gives back for the last increment; those of the last two are
-  /// kept. Throws WriteError where the file cannot grow (a full disk, a limit) or is no longer there, and leaves it with
-  /// what it counts; std::invalid_argument for arrays of wrong length.
+  /// `continuation`: bytes that `SnapshotReader::continuation` gives back for the last increment; those of the last two
+  /// are kept. Throws WriteError where the file cannot grow (a full disk, a limit) or is no longer there, and leaves it
+  /// with what it counts; std::invalid_argument for arrays of wrong length.
   void append(const Increment& increment, const std::string& continuation = {});
   /// Gives the file, whole as it is, another name, in the place of one that has it. Throws WriteError.
   void rename(const std::filesystem::path& file);

@@ -15,7 +15,8 @@ inline constexpr Index version = 3, oldest_version = 2;
 inline constexpr std::size_t max_stage_bytes = max_name_bytes;
 static_assert(max_stage_bytes == 128, "part of the layout");
 
-/// Walks the fields of every node. `visit.fixed(path, unit, field, rows)`: one value per node or body.
+/// Walks the fields of every node. `visit.fixed(path, unit, field, rows)`: one value per node or body;
+/// `visit.later_fixed`: the same, which older files do not have.
 template <class Fibers, class Visitor>
 void visit_fibers(Fibers& fibers, std::size_t n_nodes, Visitor& visit) {
   visit.fixed("fibers/r", "m", fibers.r, n_nodes);
@@ -30,11 +31,21 @@ void visit_bodies(Bodies& bodies, std::size_t n_bodies, Visitor& visit) {
   visit.fixed("bodies/rotation", "1", bodies.rotation, n_bodies);
   visit.fixed("bodies/force", "N", bodies.force, n_bodies);
   visit.fixed("bodies/moment", "N m", bodies.moment, n_bodies);
+  visit.later_fixed("bodies/motion", "m", bodies.motion, n_bodies);
+  visit.later_fixed("bodies/turn", "rad", bodies.turn, n_bodies);
+}
+
+template <class Sides, class Visitor>
+void visit_sides(Sides& sides, Visitor& visit) {
+  visit.later_scalar("sides/warp_strain", "1", sides.strain[0]);
+  visit.later_scalar("sides/weft_strain", "1", sides.strain[1]);
+  visit.later_scalar("sides/warp_force", "N", sides.force[0]);
+  visit.later_scalar("sides/weft_force", "N", sides.force[1]);
 }
 
 /// `visit.ragged(path, unit, field, single)`: as many values as the increment has contact elements; `single`: stored in
-/// 32 bits, which keep far more digits than a penalty solution has. `visit.later_ragged`: the same, which older files do
-/// not have.
+/// 32 bits, which keep far more digits than a penalty solution has. `visit.later_ragged`: the same, which older files
+/// do not have.
 template <class Contacts, class Visitor>
 void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.ragged("contacts/fiber_a", "1", contacts.fiber_a, false);
@@ -86,6 +97,7 @@ void visit_increment(AnyIncrement& increment, std::size_t n_nodes, std::size_t n
   visit.scalar("stage_time", "1", increment.stage_time);
   visit_fibers(increment.fibers, n_nodes, visit);
   visit_bodies(increment.bodies, n_bodies, visit);
+  visit_sides(increment.sides, visit);
   visit_contacts(increment.contacts, visit);
   visit_solver(increment.solver, visit);
 }
@@ -101,8 +113,8 @@ void visit_contact_rows(Rows& rows, Visitor& visit) {
   visit.scalar("contacts/count", "1", rows.count);
 }
 
-/// Where the bytes are that a run needs to go on from its `n_increments`-th saved increment: in turn, so that while those
-/// of one are written, those of the one before stay.
+/// Where the bytes are that a run needs to go on from its `n_increments`-th saved increment: in turn, so that while
+/// those of one are written, those of the one before stay.
 inline std::string continuation_path(std::uint64_t n_increments) {
   return n_increments % 2 == 0 ? "continuation/even" : "continuation/odd";
 }

@@ -102,6 +102,11 @@ struct Fetcher {
     values = rows<T>(path, wanted, start, count);
   }
   template <class T>
+  void later_fixed(const std::string& path, const char* unit, std::vector<T>& values, std::size_t n_rows) const {
+    values.clear();
+    if (H5Lexists(states.file, path.c_str(), H5P_DEFAULT) > 0) fixed(path, unit, values, n_rows);
+  }
+  template <class T>
   void ragged(const std::string& path, const char*, std::vector<T>& values, bool) const {
     values.clear();
     if (contacts.count == 0) return;
@@ -265,6 +270,10 @@ struct SnapshotReader::Impl {
     }
     template <class T>
     void fixed(const std::string& path, const char*, const std::vector<T>& values, std::size_t) const {
+      check(path, values);
+    }
+    template <class T>
+    void later_fixed(const std::string& path, const char*, const std::vector<T>& values, std::size_t) const {
       check(path, values);
     }
     template <class T>

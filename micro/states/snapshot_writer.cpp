@@ -8,10 +8,10 @@
 #include <map>
 #include <stdexcept>
 
+#include "micro/core/whole_file.h"
 #include "micro/states/hdf5.h"
 #include "micro/states/snapshot.h"
 #include "micro/states/snapshot_layout.h"
-#include "micro/core/whole_file.h"
 
 namespace trame::micro {
 namespace {
@@ -131,6 +131,10 @@ struct Creator {
     create(path, hdf5::file_type<typename Element<T>::Scalar>(), dims, chunk, true, unit);
   }
   template <class T>
+  void later_fixed(const std::string& path, const char* unit, const std::vector<T>& values, std::size_t rows) {
+    fixed(path, unit, values, rows);
+  }
+  template <class T>
   void ragged(const std::string& path, const char* unit, const std::vector<T>&, bool single) {
     Dims dims = {0}, chunk = {contact_chunk_rows};
     for (hsize_t n : Element<T>::dims()) dims.push_back(n), chunk.push_back(n);
@@ -192,6 +196,11 @@ struct Appender {
     for (hsize_t n : Element<T>::dims()) start.push_back(0), count.push_back(n);
     write(path, hdf5::memory_type<typename Element<T>::Scalar>(), start, count, hdf5::pack(values).data());
   }
+  /// Zeros where it is of an older file.
+  template <class T>
+  void later_fixed(const std::string& path, const char* unit, const std::vector<T>& values, std::size_t rows) {
+    fixed(path, unit, values.empty() ? std::vector<T>(rows, T::Zero()) : values, rows);
+  }
   template <class T>
   void ragged(const std::string& path, const char*, const std::vector<T>& values, bool) {
     if (values.empty()) return;
@@ -243,6 +252,10 @@ struct Measurer {
   template <class T>
   void fixed(const std::string&, const char*, const std::vector<T>& values, std::size_t) {
     add(values);
+  }
+  template <class T>
+  void later_fixed(const std::string&, const char*, const std::vector<T>&, std::size_t rows) {
+    add(std::vector<T>(rows));
   }
   template <class T>
   void ragged(const std::string&, const char*, const std::vector<T>& values, bool) {
@@ -431,7 +444,8 @@ void SnapshotWriter::append(const Increment& increment, const std::string& conti
     layout::visit_contact_rows(rows, appender);
     if (!continuation.empty()) {
       const std::string bytes = with_head(impl.n_increments + 1, continuation);
-      appender.write(layout::continuation_path(impl.n_increments + 1), H5T_NATIVE_UINT8, {0}, {bytes.size()}, bytes.data());
+      appender.write(layout::continuation_path(impl.n_increments + 1), H5T_NATIVE_UINT8, {0}, {bytes.size()},
+                     bytes.data());
     }
     if (H5Fflush(impl.states.file, H5F_SCOPE_LOCAL) < 0) impl.states.fail_to_write("cannot be written to");
     impl.sync();

@@ -87,7 +87,7 @@ class HtmlReport : public ::testing::Test {
   [[nodiscard]] std::string report() {
     write_text(folder_ / "curves.csv",
                "stage,stage_time,warp_strain,weft_strain,warp_force_N,weft_force_N\n"
-               "\"a, b\",0.5,0.01,0,0.002,0.001\n\"a, b\",1,0.02,0,0.006,0.002\n");
+               "\"a, b\",0,0,0,0,0\n\"a, b\",0.5,0.01,0,0.002,0.001\n\"a, b\",1,0.02,0,0.006,0.002\n");
     write_text(folder_ / "summary.json",
                R"({"n_crossings": 4, "n_crossings_ok": 3, "seconds": {"solve": 3, "io": 1, "total": 4}})");
     input_.summary = folder_ / "summary.json";
@@ -141,18 +141,17 @@ TEST_F(HtmlReport, SaysWhatIsMissing) {
   const std::string html = read_text(input_.file);
   EXPECT_TRUE(holds(html, "There are no pictures of the patch"));
   EXPECT_TRUE(holds(html, "not known")) << "crossing order";
-  EXPECT_FALSE(holds(html, "Force and strain of the sides"));
+  EXPECT_FALSE(holds(html, "Curves of what is driven"));
 }
 
-TEST(Curves, TellHowMuchSteeperTheyGet) {
-  if (!is_installed("gnuplot")) GTEST_SKIP() << "gnuplot is not installed";
-  const auto row = [](const std::string& stage, double strain, double force) {
-    return CurveRow{stage, {strain, 0}, {force, 0.5 * force}};
-  };
-  const std::string html = curves_figure({row("weave", 0, 1), row("load", 0.01, 2), row("load", 0.02, 5)});
-  EXPECT_TRUE(holds(html, "the slope of the warp grows by a factor of 3.00")) << "(5 - 2) / (2 - 1), with the start";
-  EXPECT_FALSE(holds(html, "slope of the weft")) << "which is not strained";
-  EXPECT_TRUE(holds(curves_figure({row("weave", 0, 1)}), "there are no force-strain curves"));
+TEST_F(HtmlReport, ShowsCurvesOfTheSidesWithTheirStiffness) {
+  const std::string html = report();
+  EXPECT_TRUE(holds(html,
+                    "<td>a, b</td><td>loading</td><td>0 → 2 %</td><td>0 → 0.006 N</td><td>0.0002 kN</td>"
+                    "<td>0.0004 kN</td><td>5e-05 N</td>"))
+      << "0.002 N and 0.004 N per percent; without a scene nothing is known of widths";
+  EXPECT_TRUE(holds(html, "weft sides, over the warp strain"));
+  EXPECT_EQ(holds(html, "alt=\"force on a side (N) over strain of the sides (%)\""), is_installed("gnuplot"));
 }
 
 TEST_F(HtmlReport, ComparesAStateWithItself) {
@@ -222,6 +221,8 @@ class ReportOfFibers : public ::testing::Test {
       state.bodies.rotation = {Mat3::Identity(), Eigen::AngleAxisd(t, Vec3::UnitX()).toRotationMatrix()};
       state.bodies.force = {Vec3(-3e-3 * t, 0, 0), Vec3(3e-3 * t, 1e-12, 0)};
       state.bodies.moment = {Vec3::Zero(), Vec3(5e-9 * t, 0, 0)};
+      state.bodies.motion = {Vec3::Zero(), Vec3(2e-5 * t, 0, 0)};
+      state.bodies.turn = {Vec3::Zero(), Vec3(t, 0, 0)};
       writer.append(state);
     }
     return file;
@@ -241,7 +242,10 @@ TEST_F(ReportOfFibers, TellsOfBodiesAndElongationsInsteadOfYarns) {
   EXPECT_TRUE(holds(html, "<td>(20, 0, 0)</td><td>57.3</td><td>(3, 0, 0)</td><td>(5, 0, 0)</td>"))
       << "1 rad; no round-off";
   EXPECT_EQ(count(html, "<td>2.000</td><td>2.000</td><td>2.000</td>"), 2U) << "both fibers are 2 % longer";
-  EXPECT_EQ(holds(html, "alt=\"force over motion of bodies\""), is_installed("gnuplot")) << "whatever their names";
+  EXPECT_EQ(holds(html, "alt=\"force along the axis (mN) over motion of the body (µm)\""), is_installed("gnuplot"))
+      << "whatever their names";
+  EXPECT_TRUE(holds(html, "<td>0 → 20 µm</td><td>0 → 3 mN</td><td>150 N/m</td><td>150 N/m</td><td>0.03 µJ</td>"));
+  EXPECT_TRUE(holds(html, "<td>0 → 57.3 °</td><td>0 → 0.005 µN m</td>"));
   for (const char* absent : {"Crossing order", "Sections of yarns", "Shear bands", "weaving", "loom"})
     EXPECT_FALSE(holds(html, absent)) << absent;
 }
@@ -251,8 +255,7 @@ TEST_F(ReportOfFibers, BeginsWithTheWarnings) {
   const meso::Comparison comparison = comparer.compare({0, 2});
   write_text(folder_ / "summary.json",
              R"({"status": "gave_up", "message": "stage <b>", "warnings": ["it is unstable", "fibers lie deep"]})");
-  (void)write_report(
-      {.states = states_,
+  (void)write_report({.states = states_,
                       .comparisons = {&comparison},
                       .file = file_,
                       .summary = folder_ / "summary.json",
@@ -264,8 +267,7 @@ TEST_F(ReportOfFibers, BeginsWithTheWarnings) {
     EXPECT_LT(html.find(text), contents) << text;
 
   write_text(folder_ / "summary.json", R"({"status": "done", "message": "", "warnings": []})");
-  (void)write_report(
-      {.states = states_,
+  (void)write_report({.states = states_,
                       .comparisons = {&comparison},
                       .file = file_,
                       .summary = folder_ / "summary.json",

@@ -5,30 +5,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "support/process.h"
-#include "support/temporary_folder.h"
-#include "support/text_file.h"
-#include "workflows/report/curves_plot.h"
-
 namespace trame::workflows {
 namespace {
 
-using micro::CurvePoint;
 using micro::SimulationSummary;
-
-TEST(CurvesCsv, WritesALineForEachIncrementUnderAHeaderWithUnits) {
-  const std::vector<CurvePoint> curve = {{"relax", 1, {0, 0}, {0.25, 0.5}},
-                                         {"load", 0.05, {0.001, -0.0005}, {1.5, 2e-7}}};
-  EXPECT_EQ(curves_csv(curve),
-            "stage,stage_time,warp_strain,weft_strain,warp_force_N,weft_force_N\n"
-            "relax,1,0,0,0.25,0.5\n"
-            "load,0.05,0.001,-0.0005,1.5,2e-07\n");
-}
-
-TEST(CurvesCsv, QuotesStageNamesThatWouldBreakTheTable) {
-  EXPECT_NE(curves_csv({{"pull, then \"hold\"", 1, {}, {}}}).find("\n\"pull, then \"\"hold\"\"\",1,0,"),
-            std::string::npos);
-}
 
 TEST(SummaryJson, HoldsEveryNumberOfTheRun) {
   SimulationSummary summary;
@@ -116,48 +96,6 @@ TEST(SummaryJson, NamesEveryStatus) {
   EXPECT_EQ(status_text(Status::done), "done");
   EXPECT_EQ(status_text(Status::interrupted), "interrupted");
   EXPECT_EQ(status_text(Status::gave_up), "gave_up");
-}
-
-TEST(CurvesPlot, ShowsTheLastStageThatIsStrained) {
-  const CurvePoint relax{"relax", 1, {0, 0}, {1, 1}}, load{"load", 1, {0.02, 0.01}, {1, 1}},
-      shear{"shear", 1, {0, 0}, {}};
-  const auto stage = strained_stage({relax, load, shear});
-  ASSERT_TRUE(stage);
-  EXPECT_EQ(stage->first, 1U);
-  EXPECT_EQ(stage->end, 2U);
-  EXPECT_EQ(stage->side, "warp");
-  EXPECT_FALSE(strained_stage({relax, shear}));
-  EXPECT_FALSE(strained_stage({}));
-}
-
-TEST(CurvesPlot, FallsBackToTheWeftStrain) {
-  const CurvePoint load{"load", 1, {0, 0.01}, {1, 1}};
-  ASSERT_TRUE(strained_stage({load}));
-  EXPECT_EQ(strained_stage({load})->side, "weft");
-}
-
-TEST(CurvesPlot, HoldsTheRowsOfItsStageAlone) {
-  const std::vector<CurvePoint> curve = {{"relax", 1, {0, 0}, {1, 1}},
-                                         {"load", 0.5, {0.01, 0}, {2, 3}},
-                                         {"load", 1, {0.02, 0}, {4, 5}},
-                                         {"hold", 1, {0, 0}, {6, 7}}};
-  const auto stage = strained_stage(curve);
-  ASSERT_TRUE(stage);
-  EXPECT_NE(plot_script(curve, *stage, "").find("<< EOD\n1 2 3\n2 4 5\nEOD\n"), std::string::npos);
-}
-
-TEST(CurvesPlot, TakesNoTextOfAUserIntoItsScript) {
-  if (trame::test::run(".", {"gnuplot", "--version"}).exit_code != 0) GTEST_SKIP() << "gnuplot is not installed";
-  const trame::test::TemporaryFolder folder;
-  const OutputDirectory out(folder / "out", OutputDirectory::Earlier::refused);
-  for (const std::string attack : {"x\n!touch pwned\n#", "x'\n!touch pwned\n'", "x\"\n!touch pwned\n", "`touch pwned`",
-                                   "'.system('touch pwned').'", "\".system(\"touch pwned\").\"", "x\\",
-                                   "@pwned $0 {/x ^2}", "x\r!touch pwned\r", "EOD\n!touch pwned\n$curve << EOD\n"}) {
-    const std::vector<CurvePoint> curve = {{attack, 0.5, {0.01, 0}, {2, 3}}, {attack, 1, {0.02, 0}, {4, 5}}};
-    EXPECT_TRUE(plot_curves(out, curve, attack)) << attack;
-    EXPECT_FALSE(std::filesystem::exists(out.root() / "pwned")) << attack;
-    EXPECT_NE(trame::test::read_text(out.root() / "curves.svg").find("</svg>"), std::string::npos) << attack;
-  }
 }
 
 }  // namespace

@@ -367,13 +367,6 @@ TEST_F(StrainPost, ListsTheLargestForceOnABody) {
   EXPECT_NE(outcome.out.find("1.500e+01"), std::string::npos) << "|(9, 12, 0)| in increment 3: " << outcome.out;
 }
 
-TEST_F(StrainPost, ListsDistancesOfAndForcesOnSides) {
-  write_states(folder_ / "sides.h5", {"side/weft/start", "side/weft/end", "side/warp/end", "side/warp/start"});
-  const Outcome outcome = post({path("sides.h5"), "--list"});
-  // Increment 2: warp sides at x = ±12 mm pulled by 6 N, weft sides at y = ±20 mm pulled by 8 N.
-  EXPECT_NE(outcome.out.find("24.000000  6.000e+00  40.000000  8.000e+00"), std::string::npos) << outcome.out;
-}
-
 TEST_F(StrainPost, NodesFromElsewhereGiveTheSameStrains) {
   const micro::FiberMesh mesh = LatticeYarns{.n_yarns = 3}.mesh();
   {

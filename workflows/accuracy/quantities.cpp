@@ -15,7 +15,7 @@
 #include "micro/core/wildcard.h"
 #include "micro/states/snapshot.h"
 #include "workflows/accuracy/quantity.h"
-#include "workflows/report/report_plots.h"
+#include "workflows/curves/curves_table.h"
 
 namespace trame::workflows {
 
@@ -25,8 +25,29 @@ namespace {
 
 constexpr std::array family_names = {"warp", "weft", "free"};
 
+/// A row of curves.csv: index 0 warp, 1 weft.
+struct SideRow {
+  std::string stage;
+  std::array<double, 2> strain{}, force{};  ///< 1, N
+};
+
+/// Increments only.
+std::vector<SideRow> side_rows(const CurvesTable& table) {
+  std::array<std::size_t, 4> at{};
+  for (std::size_t c = 0; c < at.size(); ++c) {
+    const auto found = table.find(side_columns[c]);
+    if (!found) return {};
+    at[c] = *found;
+  }
+  std::vector<SideRow> rows;
+  for (const CurvesTable::Row& row : table.rows)
+    if (row.stage_time > 0)
+      rows.push_back({row.stage, {row.values[at[0]], row.values[at[1]]}, {row.values[at[2]], row.values[at[3]]}});
+  return rows;
+}
+
 /// Force of a side at a strain, from a straight line between two increments.
-double force_at(const std::vector<CurveRow>& rows, std::size_t first, int driven, int side, double strain) {
+double force_at(const std::vector<SideRow>& rows, std::size_t first, int driven, int side, double strain) {
   for (std::size_t i = first; i < rows.size(); ++i) {
     if (strain == 0) return rows.back().force[side];
     const double a = i == first ? 0 : rows[i - 1].strain[driven], b = rows[i].strain[driven];
@@ -38,7 +59,7 @@ double force_at(const std::vector<CurveRow>& rows, std::size_t first, int driven
 }
 
 /// Forces of both sides at quarters of the last stage's strain.
-void add_side_forces(const std::vector<CurveRow>& rows, std::vector<Quantity>& quantities) {
+void add_side_forces(const std::vector<SideRow>& rows, std::vector<Quantity>& quantities) {
   if (rows.empty()) return;
   std::size_t first = rows.size() - 1;
   while (first > 0 && rows[first - 1].stage == rows.back().stage) --first;
@@ -135,7 +156,7 @@ std::vector<Quantity> read_quantities(const Scene& scene, const std::filesystem:
   const meso::RunStates states(folder / "states.h5");
   const Increment last = states.read(states.n_increments() - 1), start = states.read(0);
   if (scene.weave)
-    add_side_forces(read_curves(folder / "curves.csv"), quantities);
+    add_side_forces(side_rows(read_curves(folder / "curves.csv")), quantities);
   else
     add_bodies(scene, states.header(), start, last, quantities);
   const FiberMesh& mesh = states.header().mesh;

@@ -8,8 +8,8 @@
 
 namespace trame::workflows {
 
-/// Motion of each body since state 0 and the force and moment on it in state `last`, and its force along its motion
-/// over the states up to there. Nothing where the states have no bodies.
+/// Motion of each body since state 0 and the force and moment on it in state `last`. Nothing where the states have no
+/// bodies.
 [[nodiscard]] std::string bodies_html(const meso::FiberStates& states, Index last);
 
 }  // namespace trame::workflows

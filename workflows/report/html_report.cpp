@@ -7,6 +7,7 @@
 #include "micro/core/error.h"
 #include "micro/core/whole_file.h"
 #include "workflows/report/body_loads.h"
+#include "workflows/report/curve_chapters.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_pictures.h"
 #include "workflows/report/report_plots.h"
@@ -53,15 +54,10 @@ Chapter patch_chapter(const PatchPictures& patch, const micro::FiberMesh& mesh) 
                                           {"weave", has_weave(mesh)}})};
 }
 
-/// What a run wrote beside its states.
-struct RunFiles {
-  RunSummary summary;
-  std::vector<CurveRow> curves;
-};
-
-RunFiles run_files(const ReportInput& input) {
-  return {input.summary.empty() ? RunSummary{} : read_run_summary(input.summary),
-          input.curves.empty() ? std::vector<CurveRow>{} : read_curves(input.curves)};
+/// Of every increment where the run left them, else of the saved ones.
+std::string curves_content(const ReportInput& input, Index last) {
+  const CurvesTable table = input.curves.empty() ? saved_curves(input.states, last) : read_curves(input.curves);
+  return curves_html(curves_of(table, scene_of(input.states.header())), input.curves.empty());
 }
 
 Chapter run_chapter(const RunSummary& summary, const ReportData& last) {
@@ -90,13 +86,13 @@ Chapter strain_chapter(const ReportData& data) {
   return {title, filled("strain", fields)};
 }
 
-std::vector<Chapter> chapters(const RunFiles& files, const std::vector<ReportData>& data, const PatchPictures& patch,
-                              const std::string& bodies) {
+std::vector<Chapter> chapters(const RunSummary& summary, const std::vector<ReportData>& data,
+                              const PatchPictures& patch, const std::string& curves, const std::string& bodies) {
   const ReportData& last = data.back();
   std::vector<Chapter> result = {patch_chapter(patch, last.header.mesh)};
-  if (!last.header.version.empty()) result.push_back(run_chapter(files.summary, last));
-  if (!files.curves.empty()) result.push_back({"Force and strain of the sides", curves_figure(files.curves)});
-  if (!bodies.empty()) result.push_back({"Forces on bodies and their motions", bodies});
+  if (!last.header.version.empty()) result.push_back(run_chapter(summary, last));
+  if (!curves.empty()) result.push_back({"Curves of what is driven", curves});
+  if (!bodies.empty()) result.push_back({"Bodies", bodies});
   if (!last.details.empty()) result.push_back({"Sections of yarns", sections_html(last)});
   for (const ReportData& pair : data) result.push_back(strain_chapter(pair));
   return result;
@@ -120,7 +116,7 @@ std::string page_html(const micro::SnapshotHeader& header, const RunSummary& sum
 
 std::string write_report(const ReportInput& input) {
   check(input);
-  const RunFiles files = run_files(input);
+  RunSummary summary = input.summary.empty() ? RunSummary{} : read_run_summary(input.summary);
   const micro::SnapshotHeader& header = input.states.header();
   const std::vector<Index> detailed = detailed_yarns(header.mesh.yarns, input.yarns);
   std::vector<ReportData> data;
@@ -129,9 +125,12 @@ std::string write_report(const ReportInput& input) {
   const ReportData& last = data.back();
   PatchPictures patch{{}, "they were not asked for"};
   if (input.draw_patch) patch = patch_pictures(input.states, last.comparison.pair.to, last.name_b());
-  // A weave has sides, whose forces are the curves.
-  const std::string bodies = has_weave(header.mesh) ? "" : bodies_html(input.states, last.comparison.pair.to);
-  micro::write_whole_file(input.file, page_html(header, files.summary, chapters(files, data, patch, bodies)));
+  const std::string unfinished = what_is_missing(header, input.states.read(input.states.n_increments() - 1));
+  if (!unfinished.empty()) summary.warnings.insert(summary.warnings.begin(), unfinished);
+  // The many bodies of a weave say nothing that its curves do not.
+  const std::string bodies = has_weave(header.mesh) ? "" : bodies_html(input.states, last.comparison.pair.to),
+                    curves = curves_content(input, last.comparison.pair.to);
+  micro::write_whole_file(input.file, page_html(header, summary, chapters(summary, data, patch, curves, bodies)));
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }
 

@@ -19,7 +19,7 @@ struct ReportInput {
   std::vector<std::string> yarns =
       {};  ///< to show section by section, see `detailed_yarns`; those without bands are not
   std::filesystem::path summary = {};  ///< summary.json of the run; empty: certificates of the last B only, no times
-  std::filesystem::path curves = {};   ///< curves.csv of the run; empty: no force-strain curves
+  std::filesystem::path curves = {};   ///< curves.csv of the run; empty: of the saved states only
   bool draw_patch = true;              ///< pictures of the patch, which take seconds
 };
 

@@ -4,11 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
-#include <sstream>
 
-#include "micro/core/error.h"
 #include "workflows/report/gnuplot.h"
 #include "workflows/report/html.h"
 
@@ -25,25 +22,6 @@ std::string plot_figure(const std::string& commands, const std::string& size, co
   const std::optional<std::string> svg = gnuplot_svg(commands, size);
   if (!svg) return note(fmt::format("No {}: gnuplot draws them, and it is not installed or failed.", what));
   return figure(inline_image(*svg, "image/svg+xml", what), caption);
-}
-
-/// Fields of a line as curves.csv has them; a quoted one may hold commas, and a quote twice.
-std::vector<std::string> csv_fields(const std::string& line) {
-  std::vector<std::string> fields(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"') {
-      if (quoted && i + 1 < line.size() && line[i + 1] == '"')
-        fields.back() += line[i++];
-      else
-        quoted = !quoted;
-    } else if (line[i] == ',' && !quoted) {
-      fields.emplace_back();
-    } else if (line[i] != '\r') {
-      fields.back() += line[i];
-    }
-  }
-  return fields;
 }
 
 /// Share of volume (%) of a family in each of n equal bins from low to high.
@@ -101,81 +79,12 @@ std::string histogram_commands(const ReportData& data, std::size_t index) {
   return fmt::format("{}EOD\nset xlabel '{} (%)'\n{}\n", block, quantity.plain, plot);
 }
 
-/// The rows of a stage, from the end of the one before on.
-std::vector<CurveRow> rows_of_stage(const std::vector<CurveRow>& rows, const std::string& stage) {
-  const auto inside = [&](const CurveRow& row) { return row.stage == stage; };
-  auto first = std::find_if(rows.begin(), rows.end(), inside);
-  const auto end = std::find_if_not(first, rows.end(), inside);
-  if (first != rows.begin()) --first;
-  return {first, end};
-}
-
-/// How much steeper the curves of the strained sides are at their ends than at their starts, in words.
-std::string steepening(const std::vector<CurveRow>& rows) {
-  if (rows.size() < 3) return {};
-  std::string text;
-  for (const int side : {0, 1}) {
-    const auto slope = [&](const CurveRow& p, const CurveRow& q) {
-      return (q.force[side] - p.force[side]) / (q.strain[side] - p.strain[side]);
-    };
-    const double ratio = slope(rows[rows.size() - 2], rows.back()) / slope(rows[0], rows[1]);
-    if (std::isfinite(ratio))
-      text += fmt::format(" From its first increment to its last the slope of the {} grows by a factor of {:.2f}.",
-                          family_names[side], ratio);
-  }
-  return text;
-}
-
 }  // namespace
 
 const char* family_colour(micro::YarnFamily family) {
   return family == micro::YarnFamily::warp   ? warp_colour
          : family == micro::YarnFamily::weft ? weft_colour
                                              : free_colour;
-}
-
-std::vector<CurveRow> read_curves(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw InputError(fmt::format("{}: cannot be read", file.string()));
-  std::vector<CurveRow> rows;
-  std::string line;
-  std::getline(stream, line);  // column names
-  for (int number = 2; std::getline(stream, line); ++number) {
-    const std::vector<std::string> fields = csv_fields(line);
-    try {
-      rows.push_back({fields.at(0),
-                      {std::stod(fields.at(2)), std::stod(fields.at(3))},
-                      {std::stod(fields.at(4)), std::stod(fields.at(5))}});
-    } catch (const std::logic_error&) {
-      throw InputError(fmt::format("{}, line {}: must be stage, time in it, strains and forces of warp and weft",
-                                   file.string(), number));
-    }
-  }
-  return rows;
-}
-
-std::string curves_figure(const std::vector<CurveRow>& rows) {
-  const auto strained = [](const CurveRow& row) { return row.strain[0] != 0 || row.strain[1] != 0; };
-  const auto last = std::find_if(rows.rbegin(), rows.rend(), strained);
-  if (last == rows.rend()) return note("No stage strains a side of the patch: there are no force-strain curves.");
-  // A side that keeps its length still carries a force; its curve goes over the strain of the other.
-  const std::array<int, 2> abscissa = {last->strain[0] != 0 ? 0 : 1, last->strain[1] != 0 ? 1 : 0};
-  const std::vector<CurveRow> shown = rows_of_stage(rows, last->stage);
-  std::string commands = "$curve << EOD\n";
-  for (const CurveRow& row : shown)
-    commands += fmt::format("{:.9g} {:.9g} {:.9g} {:.9g}\n", 100 * row.strain[abscissa[0]], 1e3 * row.force[0],
-                            100 * row.strain[abscissa[1]], 1e3 * row.force[1]);
-  commands += fmt::format(
-      "EOD\nset xlabel 'strain of the side (%)'\nset ylabel 'force on the side (mN)'\nset grid\nset key top left\n"
-      "set yrange [*<0:0<*]\n"
-      "plot $curve using 1:2 with linespoints pt 7 ps 0.5 lw 2 lc rgb '{}' title 'warp', "
-      "$curve using 3:4 with linespoints pt 5 ps 0.5 lw 2 lc rgb '{}' title 'weft'\n",
-      warp_colour, weft_colour);
-  return plot_figure(commands, "760,430", "force-strain curves",
-                     filled("curves_caption", {{"stage", last->stage},
-                                               {"is_held", abscissa[0] == abscissa[1]},
-                                               {"held", abscissa[0] == 0 ? "weft" : "warp"},
-                                               {"steepening", steepening(shown)}}));
 }
 
 std::string histogram_figure(const ReportData& data) {

@@ -2,8 +2,6 @@
 /// \file
 /// Diagrams of the report. Those that gnuplot draws are figures, or a note where it is not installed.
 
-#include <array>
-#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,17 +16,6 @@ inline constexpr const char* weft_colour = "#d5813a";
 /// Of yarns that are neither.
 inline constexpr const char* free_colour = "#5a9e6f";
 [[nodiscard]] const char* family_colour(micro::YarnFamily family);
-
-/// A row of curves.csv: index 0 warp, 1 weft.
-struct CurveRow {
-  std::string stage;
-  std::array<double, 2> strain{}, force{};  ///< 1, N
-};
-/// Throws InputError for a file that is missing or not such a table.
-[[nodiscard]] std::vector<CurveRow> read_curves(const std::filesystem::path& file);
-
-/// Forces over strain of the sides in the last stage that strains one.
-[[nodiscard]] std::string curves_figure(const std::vector<CurveRow>& rows);
 
 /// Shares of volume by strain, warp and weft apart.
 [[nodiscard]] std::string histogram_figure(const ReportData& data);

@@ -55,6 +55,8 @@ RunSummary run_summary(const nlohmann::json& json) {
   if (json.value("status", "") == "gave_up")
     summary.warnings.push_back("the solver gave up: " + json.value("message", ""));
   if (json.value("status", "") == "interrupted") summary.warnings.emplace_back("the run was interrupted");
+  if (json.value("status", "") == "cannot_write")
+    summary.warnings.push_back("the run ended early: " + json.value("message", ""));
   if (json.contains("warnings"))
     for (const nlohmann::json& warning : json["warnings"]) summary.warnings.push_back(warning.get<std::string>());
   if (json.contains("n_crossings") && json.contains("n_crossings_ok"))
@@ -117,6 +119,21 @@ RunSummary read_run_summary(const std::filesystem::path& file) {
   } catch (const nlohmann::json::exception& error) {
     throw InputError(fmt::format("{}: not the summary of a run: {}", file.string(), error.what()));
   }
+}
+
+std::string what_is_missing(const micro::SnapshotHeader& header, const micro::Increment& last) {
+  const std::optional<micro::Scene> scene = header.version.empty() ? std::nullopt : scene_of(header);
+  if (!scene || scene->stages.empty()) return {};
+  const auto& stages = scene->stages;
+  const auto at =
+      std::find_if(stages.begin(), stages.end(), [&](const auto& stage) { return stage.name == last.stage; });
+  if (at + 1 == stages.end() && last.stage_time == 1) return {};
+  const auto n_left = (at == stages.end() ? stages.size() : static_cast<std::size_t>(stages.end() - at - 1));
+  return fmt::format(
+      "the run has not reached its end: its last state is at {:.0f} % of stage {}{}, and what follows is of "
+      "the run so far",
+      100 * last.stage_time, last.stage,
+      n_left == 0 ? "" : fmt::format(", with {} of {} stages not begun", n_left, stages.size()));
 }
 
 std::string warnings_html(const RunSummary& summary) {

@@ -23,6 +23,9 @@ struct RunSummary {
 /// Throws InputError for a file that is missing or not a summary.
 [[nodiscard]] RunSummary read_run_summary(const std::filesystem::path& file);
 
+/// Whether a run has not reached the end of its scene, in words, from its last state; nothing where it has.
+[[nodiscard]] std::string what_is_missing(const micro::SnapshotHeader& header, const micro::Increment& last);
+
 /// What a reader has to know before anything else; nothing where there is nothing.
 [[nodiscard]] std::string warnings_html(const RunSummary& summary);
 

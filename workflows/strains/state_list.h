@@ -6,9 +6,8 @@
 
 namespace trame::workflows {
 
-/// Prints one line per state: number, stage, time in it; for a run also contact elements and the load: distances of the
-/// patch's sides and mean pulling forces on them, or without sides the largest external force on a body. Then the
-/// yarns.
+/// Prints one line per state: number, stage, time in it; for a run also contact elements and the load: the first
+/// columns of curves.csv; of older files the largest external force on a body. Then the yarns.
 void print_states(const meso::FiberStates& states);
 
 }  // namespace trame::workflows

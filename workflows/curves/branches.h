@@ -1,0 +1,55 @@
+#pragma once
+/// \file
+/// What is read off curves: loading and unloading apart, stiffness, energy of a cycle.
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "workflows/curves/curves_table.h"
+
+namespace trame::workflows {
+
+/// A reaction over a motion, through all stages of a run.
+struct Curve {
+  struct Point {
+    std::string stage;
+    double stage_time = 0, motion = 0, reaction = 0;
+  };
+  std::string name;                        ///< "warp sides", "right, x"
+  std::string motion_unit, reaction_unit;  ///< "1", "m", "rad"; "N/m", "N", "N m"
+  std::vector<Point> points;
+  std::set<std::string> stages;  ///< that drive it; not those in which it follows another body
+  /// Its reaction does work along its motion; not so of sides that keep their distance, over the strain of the others.
+  bool works = true;
+
+  [[nodiscard]] bool turns() const { return motion_unit == "rad"; }
+};
+
+/// All curves of a table that some stage drives. Those of sides are strains and, where the scene is known, forces per
+/// width of the fabric.
+[[nodiscard]] std::vector<Curve> curves_of(const CurvesTable& table, const std::optional<micro::Scene>& scene);
+
+/// Width of the fabric that the warp and the weft pull on, m: yarns × spacing.
+[[nodiscard]] std::array<double, 2> side_widths(const micro::Weave& weave);
+
+/// A part of a curve, within a stage, whose motion goes one way.
+struct Branch {
+  enum class Kind : std::uint8_t { loading, unloading, reversal } kind = Kind::loading;  ///< reversal: loads both ways
+  std::size_t first = 0, last = 0;                                                       ///< points
+  double initial_stiffness = 0, tangent_stiffness = 0;  ///< slopes of its first and of its last increment
+  double work = 0;                                      ///< ∫ reaction d motion, trapezoidal
+  /// Work over the cycle that it closes with the branch before: over the motions that both have, there and back.
+  std::optional<double> loop;
+};
+
+/// Motions to and fro by less than a thousandth of the curve's range belong to the branch they are in.
+[[nodiscard]] std::vector<Branch> branches_of(const Curve& curve);
+
+[[nodiscard]] std::string text(Branch::Kind kind);
+
+/// branches.csv: a line for each branch of each curve.
+[[nodiscard]] std::string branches_csv(const std::vector<Curve>& curves);
+
+}  // namespace trame::workflows

@@ -1,0 +1,104 @@
+#include "workflows/curves/curves_plot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "micro/core/whole_file.h"
+#include "workflows/report/gnuplot.h"
+
+namespace trame::workflows {
+
+namespace {
+
+constexpr std::array<const char*, 8> colours = {"#3b75af", "#d5813a", "#5a9e6f", "#8a6bb1",
+                                                "#b5524d", "#c9a227", "#6b7a8a", "#0f8a8a"};
+
+double largest_work(const Curve& curve) {
+  double largest = 0;
+  for (const Branch& branch : branches_of(curve)) largest = std::max(largest, std::abs(branch.work));
+  return largest;
+}
+
+/// Names come from a file: what is no text must not get into a script.
+std::string plot_title(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }, ' ');
+  return gnuplot_string(name) + " noenhanced";
+}
+
+std::string data_block(const Curve& curve, const Branch& branch, const std::string& name) {
+  const Axes axes = axes_of(curve);
+  std::string text = fmt::format("${} << EOD\n", name);
+  for (std::size_t i = branch.first; i <= branch.last; ++i)
+    text += fmt::format("{:.9g} {:.9g}\n", curve.points[i].motion / axes.per_motion,
+                        curve.points[i].reaction / axes.per_reaction);
+  return text + "EOD\n";
+}
+
+}  // namespace
+
+Axes axes_of(const Curve& curve) {
+  if (curve.motion_unit == "1")
+    return {"strain of the sides (%)", curve.reaction_unit == "N" ? "force on a side (N)" : "force per width (N/m)",
+            0.01, 1};
+  if (curve.turns()) return {"turn of the body (°)", "moment about the axis (µN m)", std::numbers::pi / 180, 1e-6};
+  return {"motion of the body (µm)", "force along the axis (mN)", 1e-6, 1e-3};
+}
+
+std::vector<Curve> curves_on(const Axes& axes, const std::vector<Curve>& curves, std::size_t most) {
+  std::vector<std::pair<double, const Curve*>> found;
+  for (const Curve& curve : curves)
+    if (axes_of(curve).motion == axes.motion && !branches_of(curve).empty())
+      found.emplace_back(largest_work(curve), &curve);
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Curve> chosen;
+  for (std::size_t i = 0; i < std::min(found.size(), most); ++i) chosen.push_back(*found[i].second);
+  return chosen;
+}
+
+std::string plot_commands(const std::vector<Curve>& curves) {
+  std::string data, plots;
+  for (std::size_t c = 0; c < curves.size(); ++c) {
+    bool is_named = false;
+    const std::vector<Branch> branches = branches_of(curves[c]);
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+      const std::string name = fmt::format("curve{}_{}", c, b);
+      data += data_block(curves[c], branches[b], name);
+      plots +=
+          fmt::format("{}${} with linespoints pt 7 ps 0.4 lw 2 dt {} lc rgb '{}' {}",
+                      plots.empty() ? "" : ", \\\n     ", name, branches[b].kind == Branch::Kind::unloading ? 2 : 1,
+                      colours[c % colours.size()], is_named ? "notitle" : "title " + plot_title(curves[c].name));
+      is_named = true;
+    }
+  }
+  if (plots.empty()) return {};
+  const Axes axes = axes_of(curves.front());
+  return fmt::format("{}set xlabel '{}'\nset ylabel '{}'\nset grid\nset key top left Left reverse\nplot {}\n", data,
+                     axes.motion, axes.reaction, plots);
+}
+
+bool plot_curves(const std::filesystem::path& folder, const std::vector<Curve>& curves, const std::string& title) {
+  const auto moves = [](const Curve& curve) { return !branches_of(curve).empty(); };
+  const auto first = std::find_if(curves.begin(), curves.end(), moves);
+  if (first == curves.end()) return true;
+  const auto most = std::max_element(curves.begin(), curves.end(),
+                                     [](const Curve& a, const Curve& b) { return largest_work(a) < largest_work(b); });
+  const Curve& leads = first->motion_unit == "1" ? *first : *most;
+  const std::string commands = plot_commands(curves_on(axes_of(leads), curves));
+  if (commands.empty()) return true;
+  micro::write_whole_file(
+      folder / "curves.gp",
+      fmt::format("# Loading solid, unloading dashed: gnuplot curves.gp\nset encoding utf8\n"
+                  "set terminal svg size 800,600 dynamic background rgb 'white'\nset output 'curves.svg'\n"
+                  "set title {}\n{}",
+                  plot_title(title), commands));
+  const bool drawn = run_gnuplot(folder, "curves.gp") && is_whole_svg(folder / "curves.svg");
+  if (!drawn) std::filesystem::remove(folder / "curves.svg");
+  return drawn;
+}
+
+}  // namespace trame::workflows

@@ -1,0 +1,160 @@
+#include "workflows/report/curve_chapters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "workflows/curves/curves_plot.h"
+#include "workflows/report/gnuplot.h"
+#include "workflows/report/html.h"
+#include "workflows/report/scene_settings.h"
+
+namespace trame::workflows {
+
+namespace {
+
+/// Without a scene: the dofs that have moved.
+CurvesLayout layout_of(const micro::SnapshotHeader& header, const micro::BodyRecord& last) {
+  if (const auto scene = scene_of(header); scene && !scene->stages.empty())
+    return curves_layout(*scene, header.body_names);
+  CurvesLayout layout{false, header.body_names, {}};
+  for (Index i = 0; i < 6 * static_cast<Index>(header.body_names.size()); ++i)
+    if ((i % 6 < 3 ? last.motion : last.turn)[i / 6][i % 3] != 0)
+      layout.dofs.push_back({i / 6, static_cast<micro::BodyDof>(i % 6), {}});
+  return layout;
+}
+
+/// Six numbers for each body.
+std::vector<double> interleaved(const std::vector<Vec3>& translations, const std::vector<Vec3>& rotations) {
+  std::vector<double> numbers;
+  for (std::size_t b = 0; b < translations.size(); ++b)
+    for (const Vec3& v : {translations[b], rotations[b]}) numbers.insert(numbers.end(), v.data(), v.data() + 3);
+  return numbers;
+}
+
+/// A factor and the unit that it leads to, for the table.
+struct Shown {
+  double factor;
+  const char* unit;
+};
+Shown shown_motion(const Curve& c) {
+  if (c.motion_unit == "1") return {100, "%"};
+  return c.turns() ? Shown{57.29577951308232, "°"} : Shown{1e6, "µm"};
+}
+Shown shown_reaction(const Curve& c) {
+  if (c.motion_unit == "1") return {1, c.reaction_unit == "N" ? "N" : "N/m"};
+  return c.turns() ? Shown{1e6, "µN m"} : Shown{1e3, "mN"};
+}
+Shown shown_stiffness(const Curve& c) {
+  if (c.motion_unit == "1") return {1e-3, c.reaction_unit == "N" ? "kN" : "kN/m"};
+  return c.turns() ? Shown{1e6, "µN m/rad"} : Shown{1, "N/m"};
+}
+Shown shown_work(const Curve& c) {
+  if (c.motion_unit == "1") return {1, c.reaction_unit == "N" ? "N" : "J/m²"};
+  return {1e6, "µJ"};
+}
+
+std::string number(double value, const Shown& as) { return fmt::format("{:.4g} {}", as.factor * value, as.unit); }
+std::string from_to(double start, double end, const Shown& as) {
+  const double small = 1e-6 * std::max(std::abs(start), std::abs(end));
+  const auto clean = [&](double x) { return std::abs(x) <= small ? 0.0 : as.factor * x; };
+  return fmt::format("{:.4g} → {:.4g} {}", clean(start), clean(end), as.unit);
+}
+
+void add_rows(const Curve& curve, HtmlTable& rows) {
+  for (const Branch& b : branches_of(curve)) {
+    const Curve::Point &start = curve.points[b.first], &end = curve.points[b.last];
+    rows.rows.push_back({escaped(curve.name), escaped(start.stage), text(b.kind),
+                         from_to(start.motion, end.motion, shown_motion(curve)),
+                         from_to(start.reaction, end.reaction, shown_reaction(curve)),
+                         number(b.initial_stiffness, shown_stiffness(curve)),
+                         number(b.tangent_stiffness, shown_stiffness(curve)),
+                         curve.works ? number(b.work, shown_work(curve)) : "",
+                         curve.works && b.loop ? number(*b.loop, shown_work(curve)) : ""});
+  }
+}
+
+std::string curves_figure(const std::vector<Curve>& curves) {
+  const std::string commands = plot_commands(curves);
+  if (commands.empty()) return {};
+  const Axes axes = axes_of(curves.front());
+  const std::string what = fmt::format("{} over {}", axes.reaction, axes.motion);
+  const std::optional<std::string> svg = gnuplot_svg(commands, "760,430");
+  if (!svg) return note("No curves: gnuplot draws them, and it is not installed or failed.");
+  return figure(inline_image(*svg, "image/svg+xml", what), filled("curves_caption", {{"what", what}}));
+}
+
+bool is_of_sides(const Curve& curve) { return curve.motion_unit == "1"; }
+
+/// Sides are shown as such.
+bool is_shown_as_side(const Curve& curve) {
+  return (curve.name.starts_with("side/warp/") && curve.name.ends_with(", x")) ||
+         (curve.name.starts_with("side/weft/") && curve.name.ends_with(", y"));
+}
+
+/// Of dofs, those whose work is not small beside that of others.
+std::vector<Curve> worth_showing(const std::vector<Curve>& curves) {
+  constexpr double small = 0.01;
+  const auto work = [](const Curve& curve) {
+    double largest = 0;
+    for (const Branch& b : branches_of(curve)) largest = std::max(largest, std::abs(b.work));
+    return largest;
+  };
+  double most = 0;
+  for (const Curve& curve : curves)
+    if (!is_of_sides(curve)) most = std::max(most, work(curve));
+  const bool has_sides = std::any_of(curves.begin(), curves.end(), is_of_sides);
+  std::vector<Curve> kept;
+  for (const Curve& curve : curves)
+    if (is_of_sides(curve) || (work(curve) >= small * most && !(has_sides && is_shown_as_side(curve))))
+      kept.push_back(curve);
+  return kept;
+}
+
+}  // namespace
+
+CurvesTable saved_curves(const meso::FiberStates& states, Index last) {
+  const micro::SnapshotHeader& header = states.header();
+  const micro::Increment end = states.read(last);
+  if (header.body_names.empty() || end.bodies.motion.empty()) return {};
+  const CurvesLayout layout = layout_of(header, end.bodies);
+  CurvesTable table{layout.columns(), {}};
+  for (Index i = 0; i <= last; ++i) {
+    const micro::Increment state = states.read(i);
+    table.rows.push_back(
+        {state.stage, state.stage_time,
+         layout.values(state.sides.strain, state.sides.force, interleaved(state.bodies.motion, state.bodies.turn),
+                       interleaved(state.bodies.force, state.bodies.moment))});
+  }
+  return table;
+}
+
+std::string curves_html(const std::vector<Curve>& curves, bool are_saved) {
+  const std::vector<Curve> worth = worth_showing(curves);
+  const Axes strain = axes_of({{}, "1", "N/m", {}, {}}), translation = axes_of({{}, "m", "N", {}, {}}),
+             rotation = axes_of({{}, "rad", "N m", {}, {}});
+  std::string figures;
+  HtmlTable rows{.header = {"driven", "stage", "branch", "motion", "reaction", "initial stiffness",
+                            "tangent at its end", "work", "loop"},
+                 .rows = {}};
+  std::size_t n_shown = 0, n_dofs = 0;
+  for (const Axes& axes : {strain, translation, rotation}) {
+    const std::vector<Curve> shown = curves_on(axes, worth);
+    figures += curves_figure(shown);
+    for (const Curve& curve : shown) {
+      add_rows(curve, rows);
+      n_shown += is_of_sides(curve) ? 0 : 1;
+    }
+  }
+  if (rows.rows.empty()) return {};
+  for (const Curve& curve : curves) n_dofs += is_of_sides(curve) ? 0 : 1;
+  return filled("curves", {{"sides", std::any_of(worth.begin(), worth.end(), is_of_sides)},
+                           {"figures", figures},
+                           {"table", table(rows)},
+                           {"cut", n_shown < n_dofs},
+                           {"all", std::to_string(n_dofs)},
+                           {"saved", are_saved}});
+}
+
+}  // namespace trame::workflows
