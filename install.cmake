@@ -1,5 +1,5 @@
 # The libraries for other programs, a component for each module, and the programs:
-#   cmake --install build/release --prefix DIR [--component micro|meso|programs]
+#   cmake --install build/release --prefix DIR [--component micro|meso|programs|python]
 #   find_package(Trame REQUIRED COMPONENTS micro meso)   target_link_libraries(mine Trame::micro Trame::meso)
 include(CMakePackageConfigHelpers)
 set(trame_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/Trame)
@@ -23,6 +23,8 @@ install(FILES ${CMAKE_BINARY_DIR}/TrameConfig.cmake ${CMAKE_BINARY_DIR}/TrameCon
 if(TRAME_MESO)
   trame_export(meso trame_meso trame_yarn_frame trame_dealii)
 endif()
+# Python: plain files, where Debian's Python looks below /usr and /usr/local.
+install(DIRECTORY data/python/trame DESTINATION lib/python3/dist-packages COMPONENT python FILES_MATCHING PATTERN *.py)
 if(TRAME_WORKFLOWS)
   install(TARGETS run_workflow simulate_fibers strain_post render_patch accuracy_cost
           RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
