@@ -19,7 +19,7 @@ SideGauge::SideGauge(const Assembly& assembly) : present_(!assembly.crossings.em
   }
 }
 
-void SideGauge::begin_stage(const StageModel& model) {
+void SideGauge::begin_stage(const StageModel& model, const std::array<double, 2>& last) {
   if (!present_) return;
   using Kind = DofDrive::Kind;
   bool driven = false, loose = false;
@@ -30,8 +30,7 @@ void SideGauge::begin_stage(const StageModel& model) {
       for (const Index b : *yarns) loose = loose || (kind(b) != Kind::held && kind(b) != Kind::follow);
   }
   if (!driven && loose) strained_ = false;
-  if (!strained_)
-    for (int d = 0; d < 2; ++d) reference_[d] = distance(model, model.start, d);
+  for (int d = 0; d < 2; ++d) reference_[d] = distance(model, model.start, d) / (strained_ ? 1 + last[d] : 1);
   strained_ = strained_ || driven;
 }
 

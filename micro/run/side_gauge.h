@@ -16,7 +16,8 @@ class SideGauge {
 
   /// Strains count from the start of the first stage that drives the sides, and go on in all that follow; but where a
   /// stage moves the yarns' ends without the sides, they begin anew with the next one that drives them.
-  void begin_stage(const StageModel& model);
+  /// `last`: strains at the end of the stage before, from which they go on although leaders are placed anew.
+  void begin_stage(const StageModel& model, const std::array<double, 2>& last);
 
   struct Reading {
     std::array<double, 2> strain{};

@@ -23,7 +23,7 @@ class StageRun {
   }
 
   void begin() {
-    run_.state.gauge.begin_stage(model_);
+    run_.state.gauge.begin_stage(model_, run_.state.last_point.side_strain);
     run_.state.energy.begin_stage(model_);
     at_ = {{}, model_.start, model_.body_forces(model_.start)};
     run_.state.summary.stage_starts.push_back(

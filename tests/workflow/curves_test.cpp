@@ -61,7 +61,8 @@ TEST(Branches, ThatReturnOnlyPartOfTheWayLoseWhatLiesBetween) {
   append(curve, "unload", 0.02, 0.0155, [](double u) { return 50 * u * u - 0.001; });
   const std::vector<Branch> branches = branches_of(curve);
   ASSERT_EQ(branches.size(), 2U);
-  EXPECT_NEAR(branches[1].loop.value(), 0.001 * 0.0045, 1e-9) << "over 15.5 to 20 mm, which are no points of the first";
+  // Trapezoids of a parabola are off by f'' h²/12 over their length: 4·10⁻⁸.
+  EXPECT_NEAR(branches[1].loop.value(), 0.001 * 0.0045, 4e-8) << "over 15.5 to 20 mm, which are no points of the first";
   EXPECT_EQ(branches[1].kind, Branch::Kind::unloading);
   EXPECT_NEAR(branches[0].initial_stiffness, 50 * 0.001, 1e-9);
   EXPECT_NEAR(branches[0].tangent_stiffness, 50 * (0.02 + 0.019), 1e-9);
@@ -86,7 +87,7 @@ TEST(Branches, AreNotMadeByNoise) {
   Curve curve = curve_of_a_body();
   append(curve, "pull", 0, 0.02, [](double u) { return u; });
   curve.points[7].motion = curve.points[6].motion - 1e-6;  // less than a thousandth of 20 mm
-  append(curve, "hold", 0.02, 0.021, [](double) { return 1; });
+  append(curve, "hold", 0.02, 0.021, [](double) { return 1.0; });
   curve.stages.erase("hold");
   EXPECT_EQ(branches_of(curve).size(), 1U);
   EXPECT_TRUE(branches_of(curve_of_a_body()).empty());
@@ -95,8 +96,13 @@ TEST(Branches, AreNotMadeByNoise) {
 micro::Scene pulled() {
   micro::Scene scene;
   scene.bodies = {{"a, \"b\"", {0, 0, 0}, {}}, {"held", {0, 0, 0}, {}}};
-  scene.stages = {{"pull, then", 1, {{"a*", micro::BodyDof::x, micro::DriveMode::displacement, 1, ""}}},
-                  {"turn", 1, {{"a*", micro::BodyDof::rz, micro::DriveMode::force, 1, ""}}}};
+  for (const char* name : {"pull, then", "turn"}) {
+    micro::Stage& stage = scene.stages.emplace_back();
+    stage.name = name;
+    const bool turns = stage.name == "turn";
+    stage.drives = {{"a*", turns ? micro::BodyDof::rz : micro::BodyDof::x,
+                     turns ? micro::DriveMode::force : micro::DriveMode::displacement, 1, ""}};
+  }
   return scene;
 }
 
@@ -227,14 +233,14 @@ pattern = "plain"
 fiber_type = "f"
 yarns = 2
 fibers = 1
-elements = 2
+elements = 10
 yarn_spacing = "1 mm"
 margin = "1 mm"
 [weave.weft]
 fiber_type = "f"
 yarns = 2
 fibers = 1
-elements = 2
+elements = 10
 yarn_spacing = "1 mm"
 margin = "1 mm"
 [effects]
@@ -283,7 +289,7 @@ TEST_F(PatchRun, StrainGoesOnThroughStagesAndComesBack) {
   EXPECT_NEAR(table.rows[6].values[reaction], 2 * force_at(0.02), 2e-4)
       << "taken over from the yarns' ends, which were held";
   EXPECT_NEAR(table.rows[2].values[motion], 0.02 * 1.5e-3, 1e-9);
-  EXPECT_NEAR(table.rows[8].values[motion], 0, 1e-9);
+  EXPECT_NEAR(table.rows[8].values[motion], 0, 1e-3 * 0.02 * 1.5e-3) << "leaders give way by what their springs do";
   const std::string branches = read_text(folder_ / "out/branches.csv");
   trame::test::expect_mentions(branches, {"warp sides,load,loading,1,N/m,0,0.02,", "warp sides,unload,unloading,1,N/m,",
                                           "\"side/warp/end, x\",load,loading,m,N"});

@@ -41,7 +41,7 @@ struct Branch {
   double initial_stiffness = 0, tangent_stiffness = 0;  ///< slopes of its first and of its last increment
   double work = 0;                                      ///< ∫ reaction d motion, trapezoidal
   /// Work over the cycle that it closes with the branch before: over the motions that both have, there and back.
-  std::optional<double> loop;
+  std::optional<double> loop = {};
 };
 
 /// Motions to and fro by less than a thousandth of the curve's range belong to the branch they are in.

@@ -77,7 +77,7 @@ CurvesLayout curves_layout(const micro::Scene& scene, const std::vector<std::str
 
 std::string csv_text(const CurvesTable& table) {
   std::string text = "stage,stage_time";
-  for (const std::string& column : table.columns) text += "," + csv_field(column);
+  for (const std::string& column : table.columns) text.append(",").append(csv_field(column));
   text += "\n";
   for (const CurvesTable::Row& row : table.rows) {
     text += fmt::format("{},{:.6g}", csv_field(row.stage), row.stage_time);

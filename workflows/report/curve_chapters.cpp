@@ -55,7 +55,7 @@ Shown shown_work(const Curve& c) {
   return {1e6, "µJ"};
 }
 
-std::string number(double value, const Shown& as) { return fmt::format("{:.4g} {}", as.factor * value, as.unit); }
+std::string number(double value, const Shown& as) { return fmt::format("{:.3g} {}", as.factor * value, as.unit); }
 std::string from_to(double start, double end, const Shown& as) {
   const double small = 1e-6 * std::max(std::abs(start), std::abs(end));
   const auto clean = [&](double x) { return std::abs(x) <= small ? 0.0 : as.factor * x; };
@@ -93,9 +93,27 @@ bool is_shown_as_side(const Curve& curve) {
          (curve.name.starts_with("side/weft/") && curve.name.ends_with(", y"));
 }
 
+/// How yarns were woven tells nothing about the fabric: of a weave, what comes with and after the first stage that
+/// strains its sides, else the last stage.
+void leave_out_weaving(std::vector<Curve>& curves) {
+  std::vector<std::string> stages;
+  for (const Curve::Point& point : curves.front().points)
+    if (stages.empty() || stages.back() != point.stage) stages.push_back(point.stage);
+  const auto strains = [&](const std::string& stage) {
+    return std::any_of(curves.begin(), curves.end(),
+                       [&](const Curve& curve) { return is_of_sides(curve) && curve.stages.contains(stage); });
+  };
+  if (stages.empty()) return;
+  auto first = std::find_if(stages.begin(), stages.end(), strains);
+  if (first == stages.end()) --first;
+  for (Curve& curve : curves)
+    std::erase_if(curve.stages,
+                  [&](const std::string& stage) { return std::find(first, stages.end(), stage) == stages.end(); });
+}
+
 /// Of dofs, those whose work is not small beside that of others.
 std::vector<Curve> worth_showing(const std::vector<Curve>& curves) {
-  constexpr double small = 0.01;
+  constexpr double small = 0.05;
   const auto work = [](const Curve& curve) {
     double largest = 0;
     for (const Branch& b : branches_of(curve)) largest = std::max(largest, std::abs(b.work));
@@ -130,13 +148,15 @@ CurvesTable saved_curves(const meso::FiberStates& states, Index last) {
   return table;
 }
 
-std::string curves_html(const std::vector<Curve>& curves, bool are_saved) {
+std::string curves_html(std::vector<Curve> curves, bool is_weave, bool are_saved) {
+  if (curves.empty()) return {};
+  if (is_weave) leave_out_weaving(curves);
   const std::vector<Curve> worth = worth_showing(curves);
   const Axes strain = axes_of({{}, "1", "N/m", {}, {}}), translation = axes_of({{}, "m", "N", {}, {}}),
              rotation = axes_of({{}, "rad", "N m", {}, {}});
   std::string figures;
-  HtmlTable rows{.header = {"driven", "stage", "branch", "motion", "reaction", "initial stiffness",
-                            "tangent at its end", "work", "loop"},
+  HtmlTable rows{.header = {"driven", "stage", "branch", "motion", "reaction", "initial stiffness", "tangent at end",
+                            "work", "loop"},
                  .rows = {}};
   std::size_t n_shown = 0, n_dofs = 0;
   for (const Axes& axes : {strain, translation, rotation}) {

@@ -57,7 +57,8 @@ Chapter patch_chapter(const PatchPictures& patch, const micro::FiberMesh& mesh) 
 /// Of every increment where the run left them, else of the saved ones.
 std::string curves_content(const ReportInput& input, Index last) {
   const CurvesTable table = input.curves.empty() ? saved_curves(input.states, last) : read_curves(input.curves);
-  return curves_html(curves_of(table, scene_of(input.states.header())), input.curves.empty());
+  return curves_html(curves_of(table, scene_of(input.states.header())), has_weave(input.states.header().mesh),
+                     input.curves.empty());
 }
 
 Chapter run_chapter(const RunSummary& summary, const ReportData& last) {
