@@ -119,14 +119,16 @@ void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, co
       DofDrive& drive = drives[bodies.dof(b, d.dof)];
       const int axis = static_cast<int>(d.dof);
       switch (d.mode) {
-        case DriveMode::displacement: drive = {DofDrive::Kind::displacement, d.value}; break;
-        case DriveMode::force: drive = {DofDrive::Kind::force, d.value}; break;
-        case DriveMode::strain: drive = {DofDrive::Kind::displacement, d.value * from.poses[b].position[axis]}; break;
+        case DriveMode::displacement: drive = {DofDrive::Kind::displacement, d.value, d.amplitude}; break;
+        case DriveMode::force: drive = {DofDrive::Kind::force, d.value, d.amplitude}; break;
+        case DriveMode::strain:
+          drive = {DofDrive::Kind::displacement, d.value * from.poses[b].position[axis], d.amplitude};
+          break;
         case DriveMode::follow:
           if (axis > 2)
             throw InputError(
                 fmt::format("{}: stage {}: follow drives x, y or z, not a rotation", scene.name, stage.name));
-          drive = {DofDrive::Kind::follow, 0};
+          drive = {DofDrive::Kind::follow};
           follow_terms_.push_back({b, leader, axis, from.poses[leader], from.poses[b].position, stiffness});
           break;
       }
@@ -243,12 +245,22 @@ void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
   std::vector<LoadTerm> load_terms;
   for (Index i = 0; i < static_cast<Index>(drives.size()); ++i)
     if (drives[i].kind == DofDrive::Kind::force)
-      load_terms.push_back({i / 6, static_cast<BodyDof>(i % 6), from.body_forces[i], drives[i].value});
+      load_terms.push_back(
+          {i / 6, static_cast<BodyDof>(i % 6), from.body_forces[i], drives[i].value, drives[i].amplitude});
   if (!load_terms.empty()) {
     auto effect = std::make_unique<BodyLoads>(bodies, std::move(load_terms));
     loads = effect.get();
     effects.push_back(std::move(effect));
   }
+}
+
+double StageModel::next_turn(double time) const {
+  constexpr double here = 1e-9;
+  double next = 1;
+  for (const DofDrive& drive : drives)
+    for (const Amplitude::Point& point : drive.amplitude.points)
+      if (point.time > time + here) next = std::min(next, point.time);
+  return next;
 }
 
 PrescribedMotion StageModel::motion(const State& state, double from, double to) const {
@@ -264,10 +276,10 @@ PrescribedMotion StageModel::motion(const State& state, double from, double to) 
     // Positions aim at their place at the end of the step, so that errors do not add up; rotations advance by their
     // share.
     if (axis < 3)
-      m.motion[i] =
-          bodies.pose(start, body).position[axis] + to * drive.value - bodies.pose(state, body).position[axis];
+      m.motion[i] = bodies.pose(start, body).position[axis] + drive.amplitude.at(to) * drive.value -
+                    bodies.pose(state, body).position[axis];
     else
-      m.motion[i] = (to - from) * drive.value;
+      m.motion[i] = (drive.amplitude.at(to) - drive.amplitude.at(from)) * drive.value;
   }
   return m;
 }

@@ -27,7 +27,8 @@ struct Scales {
 /// How a dof of a body is driven through a stage.
 struct DofDrive {
   enum class Kind : std::uint8_t { held, displacement, force, follow } kind = Kind::held;
-  double value = 0;  ///< displacement or force reached at the stage's end
+  double value = 0;  ///< displacement or force at an amplitude of 1: without one, at the stage's end
+  Amplitude amplitude = {};
 };
 
 /// The equations of one stage.
@@ -36,6 +37,8 @@ struct StageModel {
   StageModel(const StageModel&) = delete;
   StageModel& operator=(const StageModel&) = delete;
 
+  /// The first stage time after `time` at which a drive turns; 1 where none does.
+  [[nodiscard]] double next_turn(double time) const;
   [[nodiscard]] PrescribedMotion motion(const State& state, double from, double to) const;
   /// Force and moment with which a body pulls at its fibers and followers.
   [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;

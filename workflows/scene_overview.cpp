@@ -118,6 +118,14 @@ std::string effects_text(const Scene& scene, const CostEstimate& cost) {
                             duration_text(cost.seconds));
 }
 
+/// ", times 1 at 0.5, 0 at 1"; nothing for a ramp.
+std::string amplitude_text(const Amplitude& amplitude) {
+  std::string text;
+  for (const Amplitude::Point& point : amplitude.points)
+    text += fmt::format("{}{:g} at {:g}", text.empty() ? ", times " : ", ", point.share, point.time);
+  return text;
+}
+
 std::string drive_text(const Drive& drive) {
   static constexpr std::array dof_names = {"x", "y", "z", "rx", "ry", "rz"};
   const bool rotates = drive.dof >= BodyDof::rx;
@@ -135,7 +143,8 @@ std::string drive_text(const Drive& drive) {
 std::string stage_text(const Stage& stage, std::int64_t n_dofs, bool may_have_friction) {
   std::string text = fmt::format("  {}: {} increments, {} dofs{}\n", stage.name, stage.n_increments, n_dofs,
                                  may_have_friction && !stage.friction ? ", no friction" : "");
-  for (const Drive& drive : stage.drives) text += fmt::format("    {}\n", drive_text(drive));
+  for (const Drive& drive : stage.drives)
+    text += fmt::format("    {}{}\n", drive_text(drive), amplitude_text(drive.amplitude));
   return text;
 }
 

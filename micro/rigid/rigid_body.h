@@ -8,6 +8,7 @@
 
 #include "micro/fiber/fiber_field.h"
 #include "micro/rigid/body_dof.h"
+#include "micro/scene/amplitude.h"
 #include "micro/solve/effect.h"
 
 namespace trame::micro {
@@ -125,11 +126,12 @@ class Follow final : public Effect {
   std::vector<FollowTerm> terms_;
 };
 
-/// A force or moment on a body's dof that goes linearly from `start` to `end` over the stage.
+/// A force or moment on a body's dof that goes from `start` to `end` and beyond, as its amplitude says.
 struct LoadTerm {
   Index body = 0;
   BodyDof dof = BodyDof::x;
   double start = 0, end = 0;
+  Amplitude amplitude = {};
 };
 
 /// Dead forces and moments on bodies. A moment acts about the fixed axis on the current rotation.
@@ -146,7 +148,9 @@ class BodyLoads final : public Effect {
   [[nodiscard]] Ledger ledger(const State&) const override { return {}; }
 
  private:
-  [[nodiscard]] double value(const LoadTerm& term) const { return term.start + stage_time_ * (term.end - term.start); }
+  [[nodiscard]] double value(const LoadTerm& term) const {
+    return term.start + term.amplitude.at(stage_time_) * (term.end - term.start);
+  }
   const RigidBodies& bodies_;
   std::vector<LoadTerm> terms_;
   double stage_time_ = 0;

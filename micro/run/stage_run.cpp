@@ -48,17 +48,28 @@ class StageRun {
     driver.motion = [this](const State& state, double from, double to) { return model_.motion(state, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       book(std::exchange(before, accepted), accepted, report.stage_time);
-      return record(report);
+      return record(report) && !passes_a_turn();
     };
-    const StageOutcome outcome =
-        micro::run_stage(newton_, model_.effects, load_path_settings(run_.scene, stage_, model_), driver,
-                         run_.state.summary.timers, at_.position, at_.state);
+    // Increments end where drives turn: the path is left and taken up again for a shorter one.
+    StageOutcome outcome;
+    do {
+      if (passes_a_turn()) at_.position.size = model_.next_turn(at_.position.time) - at_.position.time;
+      outcome = micro::run_stage(newton_, model_.effects, load_path_settings(run_.scene, stage_, model_), driver,
+                                 run_.state.summary.timers, at_.position, at_.state);
+    } while (outcome.status == StageOutcome::Status::interrupted && !run_.stop_requested());
     run_.state.stage_start = after_stage(stage_, model_, at_.state, std::move(run_.state.stage_start));
     look_at_end();
     if (outcome.status != StageOutcome::Status::done) end_early(outcome);
   }
 
  private:
+  /// Whether the next increment would go beyond a turn of a drive.
+  [[nodiscard]] bool passes_a_turn() const {
+    constexpr double hair = 1e-9;
+    const StagePosition& at = at_.position;
+    return at.time < 1 && at.time + at.size > model_.next_turn(at.time) + hair;
+  }
+
   /// Enters an accepted increment into the energy books.
   void book(const State& before, const State& accepted, double stage_time) {
     EnergyAccount& energy = run_.state.energy;

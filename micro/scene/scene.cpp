@@ -358,8 +358,10 @@ class Proportions {
   void check_drive(const SceneValue& drive) const {
     const auto is_text = [](const SceneValue& dof) { return dof.text().starts_with('r'); };
     const auto dof = drive.find("dof");
-    const std::vector<SceneValue> dofs = dof->is_list() ? dof->items("") : std::vector<SceneValue>{*dof};
-    const bool turns = std::any_of(dofs.begin(), dofs.end(), is_text);
+    const std::vector<SceneValue> dofs = !dof             ? std::vector<SceneValue>()
+                                         : dof->is_list() ? dof->items("")
+                                                          : std::vector<SceneValue>{*dof};
+    const bool turns = drive.find("about") || std::any_of(dofs.begin(), dofs.end(), is_text);
     if (const auto displacement = drive.find("displacement"); displacement && !turns)
       check_length(*displacement, displacement->quantity(length, any()));
     const double most_force = most_loads * largest_modulus_ * largest_radius_ * largest_radius_;

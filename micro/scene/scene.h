@@ -10,6 +10,7 @@
 #include "micro/core/types.h"
 #include "micro/fiber/fiber_model.h"
 #include "micro/rigid/body_dof.h"
+#include "micro/scene/amplitude.h"
 
 namespace trame::micro {
 
@@ -92,7 +93,7 @@ struct BodySpec {
   bool operator==(const BodySpec&) const = default;
 };
 
-/// What drives a dof of some bodies through a stage. Ramps are linear over the stage.
+/// What drives a dof of some bodies through a stage: a ramp, or a table of shares of it.
 enum class DriveMode : std::uint8_t {
   displacement,  ///< value reached at the stage's end, counted from its start (m, or rad for rotations)
   force,         ///< force or moment reached at the end, from the reaction found at the start (N, N m)
@@ -105,7 +106,8 @@ struct Drive {
   BodyDof dof = BodyDof::x;
   DriveMode mode = DriveMode::displacement;
   double value = 0;
-  std::string leader;  ///< for follow
+  std::string leader;        ///< for follow
+  Amplitude amplitude = {};  ///< not for follow
 
   bool operator==(const Drive&) const = default;
 };

@@ -59,6 +59,35 @@ void read_bodies(const SceneValue& root, Scene& scene) {
 
 namespace {
 
+/// Its points may not be nearer to each other than the increments of the stage: the first of these is not cut for them.
+Amplitude read_amplitude(const SceneValue& value, Index n_increments) {
+  constexpr std::size_t most = 1000;
+  const std::string allowed = "must be a list of [stage time, share], with times that ascend from 0 to 1";
+  const std::vector<SceneValue> rows = value.items(allowed);
+  if (rows.size() > most) value.fail(fmt::format("{}, of at most {} points", allowed, most));
+  Amplitude amplitude;
+  double last = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const std::vector<SceneValue> row = rows[i].items(allowed);
+    if (row.size() != 2) rows[i].fail("must be a stage time and a share of the value, such as [0.5, 1]");
+    const double time = row[0].quantity(plain_number, between(0, 1)),
+                 share = row[1].quantity(plain_number, between(-1000, 1000));
+    if (i == 0 && time == 0) {
+      if (share != 0) row[1].fail("must be 0 at stage time 0, where a drive begins");
+      continue;
+    }
+    // A hair less, for times such as 1/3.
+    if (time - last < (1 - 1e-9) / n_increments)
+      row[0].fail(
+          fmt::format("must be at least an increment, {:.6g}, after the one before; the stage has {} increments",
+                      1.0 / n_increments, n_increments));
+    amplitude.points.push_back({time, share});
+    last = time;
+  }
+  if (last != 1) value.fail("must end at stage time 1");
+  return amplitude;
+}
+
 /// The one of the four modes that a drive names, read in the measure of the dof.
 Drive make_drive(const SceneValue& table, const DriveInput& input, const std::string& bodies, BodyDof dof) {
   Drive drive{bodies, dof, DriveMode::displacement, 0, ""};
@@ -82,8 +111,29 @@ Drive make_drive(const SceneValue& table, const DriveInput& input, const std::st
     translations_only("follow");
     drive.mode = DriveMode::follow;
     drive.leader = *input.follow;
+    if (input.amplitude) input.amplitude->fail("has no effect, because the drive follows a body");
   }
   return drive;
+}
+
+/// The drives of some bodies that a table asks for, before their amplitude: along axes, or along or about any
+/// direction.
+std::vector<Drive> make_drives(const SceneValue& table, const DriveInput& input, const std::string& bodies) {
+  if ((input.dofs.empty() ? 0 : 1) + (input.along ? 1 : 0) + (input.about ? 1 : 0) != 1)
+    table.fail("must have exactly one of \"dof\", \"along\" and \"about\"");
+  std::vector<Drive> drives;
+  for (const BodyDof dof : input.dofs) drives.push_back(make_drive(table, input, bodies, dof));
+  if (!input.dofs.empty()) return drives;
+  const char* name = input.along ? "along" : "about";
+  const Vec3 direction = input.along ? *input.along : *input.about;
+  if (direction.isZero(0)) table.find(name)->fail("must not be zero");
+  if (input.strain || input.follow)
+    table.find(name)->fail("is for displacements and forces; strain and follow must have a dof");
+  for (int d = 0; d < 3; ++d) {
+    drives.push_back(make_drive(table, input, bodies, static_cast<BodyDof>(input.along ? d : d + 3)));
+    drives.back().value *= direction.normalized()[d];
+  }
+  return drives;
 }
 
 /// What the drives of a stage read so far do to each body.
@@ -131,10 +181,12 @@ void read_drives(const SceneValue& stage_table, const NameTable& bodies, const s
   for (const SceneValue& table : drives->tables()) {
     DriveInput input;
     read_table(table, keys, {}, input);
+    const Amplitude amplitude = input.amplitude ? read_amplitude(*input.amplitude, stage.n_increments) : Amplitude();
     for (const std::string& pattern : input.bodies)
-      for (const BodyDof dof : input.dofs) {
-        stage.drives.push_back(make_drive(table, input, pattern, dof));
-        check_drive(table, stage.drives.back(), bodies, driven);
+      for (Drive& drive : make_drives(table, input, pattern)) {
+        drive.amplitude = amplitude;
+        check_drive(table, drive, bodies, driven);
+        stage.drives.push_back(std::move(drive));
       }
   }
 }

@@ -165,7 +165,12 @@ std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies) {
   };
   return {
       key<T>("bodies", &T::bodies, list(wildcard("a body", bodies), true), "what is driven").needed(),
-      key<T>("dof", &T::dofs, list(dof, true), "along or about which axis").needed(),
+      key<T>("dof", &T::dofs, list(dof, true), "along or about which axis").otherwise("this, along or about"),
+      key<T>("along", &T::along, vector(plain_number),
+             "direction of a displacement or force, of any length: drives x, y and z together")
+          .otherwise("this, dof or about"),
+      key<T>("about", &T::about, vector(plain_number), "axis of a rotation or moment: drives rx, ry and rz together")
+          .otherwise("this, dof or along"),
       key<T>("displacement", &T::displacement, unread(either(length, angle)),
              "reached at the end, from the stage's start")
           .otherwise("one of the four"),
@@ -175,7 +180,10 @@ std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies) {
              "displacement over the body's coordinate at the stage's start; translations only")
           .otherwise("one of the four"),
       key<T>("follow", &T::follow, existing_name("a body", bodies), "moves rigidly with it; translations only")
-          .otherwise("one of the four")};
+          .otherwise("one of the four"),
+      key<T>("amplitude", &T::amplitude, unread("a list of [stage time, share of the value]"),
+             "straight from point to point, from [0, 0] to stage time 1; increments end at its points; not for follow")
+          .otherwise("default: [[1, 1]], a ramp")};
 }
 
 std::vector<Key<Scene>> effect_keys() {

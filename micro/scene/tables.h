@@ -33,7 +33,8 @@ struct WeaveInput {
 struct DriveInput {
   Names bodies;
   std::vector<BodyDof> dofs;
-  std::optional<SceneValue> displacement, force;
+  std::optional<Vec3> along, about;
+  std::optional<SceneValue> displacement, force, amplitude;
   std::optional<double> strain;
   std::optional<std::string> follow;
 };
