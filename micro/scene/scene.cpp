@@ -11,6 +11,7 @@
 
 #include "micro/core/error.h"
 #include "micro/core/text.h"
+#include "micro/scene/named_test.h"
 #include "micro/scene/stages.h"
 #include "micro/scene/tables.h"
 #include "micro/scene/weave.h"
@@ -22,8 +23,8 @@ namespace {
 /// More is no scene, and reading it would take hundreds of times as much memory.
 constexpr std::size_t max_scene_bytes = 16'000'000;
 
-const Names tables = {"material", "fiber_type", "fiber",   "bundle",  "weave",
-                      "body",     "stage",      "effects", "contact", "solver"};
+const Names tables = {"material", "fiber_type", "fiber",   "bundle", "weave", "body",
+                      "stage",    "effects",    "contact", "solver", "test"};
 
 /// The compliance of a transversely isotropic material is positive definite.
 void check_stability(const SceneValue& table, const Material& m) {
@@ -390,8 +391,10 @@ Scene read_root(const SceneValue& root) {
   check_size(root, scene);
   check_stiffness(root, scene);
   read_bodies(root, scene);
+  read_test_bodies(root, scene);
   read_effects(root, scene);
   read_stages(root, scene);
+  read_test_stage(root, scene);
   check_friction(root, scene);
   check_enriched_only(root, scene);
   if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "micro/scene/named_test.h"
 #include "micro/scene/scene.h"
 #include "micro/scene/tables.h"
 
@@ -39,6 +40,7 @@ std::string scene_schema() {
   describe(text, "[[body.tie]]", tie_keys({}));
   describe(text, "[[stage]]", stage_keys());
   describe(text, "[[stage.drive]]", drive_keys({}));
+  describe(text, "[test]", named_test_keys({}));
   describe(text, "[effects]", effect_keys());
   describe(text, "[contact]", contact_keys());
   describe(text, "[solver]", solver_keys());

@@ -205,12 +205,7 @@ void check_stage(const SceneValue& table, const Scene& scene, const Stage& stage
 
 }  // namespace
 
-namespace {
-
-/// A run keeps a few numbers of each increment.
-constexpr double most_increments_in_all = 1e6;
-
-}  // namespace
+namespace {}  // namespace
 
 void read_stages(const SceneValue& root, Scene& scene) {
   const auto stages = root.find("stage");

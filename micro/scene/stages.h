@@ -7,6 +7,9 @@
 
 namespace trame::micro {
 
+/// Of all stages together: a run keeps some numbers of each increment.
+inline constexpr double most_increments_in_all = 1e6;
+
 /// Adds a name; fails for one that `known` holds already.
 void add_new_name(const SceneValue& named, const std::string& name, NameTable& known);
 

@@ -1,0 +1,30 @@
+#pragma once
+/// \file
+/// Tests by name: [test] of a scene, a few keys that stand for a stage with its drives, and for the bodies that it
+/// needs.
+
+#include "micro/scene/keys.h"
+#include "micro/scene/scene.h"
+
+namespace trame::micro {
+
+enum class NamedTestKind : std::uint8_t { biaxial, uniaxial, pull_out, yarn_tension };
+
+struct NamedTest {
+  NamedTestKind kind = NamedTestKind::biaxial;
+  std::optional<double> warp_strain, weft_strain, strain;
+  std::optional<bool> along_warp;
+  std::optional<std::string> yarn;
+  std::optional<FiberEnd> end;
+  std::optional<double> distance;  ///< m
+  Index n_increments = 10;         ///< of a way, there or back
+  Index n_cycles = 0;              ///< there and back; 0: there only
+};
+[[nodiscard]] std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns);
+
+/// Adds the bodies that the test of a scene needs and the scene has not. Needs all fibers and the other bodies.
+void read_test_bodies(const SceneValue& root, Scene& scene);
+/// Adds the stage of the test after all others.
+void read_test_stage(const SceneValue& root, Scene& scene);
+
+}  // namespace trame::micro

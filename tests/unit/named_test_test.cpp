@@ -1,0 +1,184 @@
+/// Tests by name: the stages that they stand for, and what they measure where that is known.
+
+#include "micro/scene/named_test.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/messages.h"
+#include "tests/support/run_scene.h"
+#include "tests/support/text_file.h"
+
+namespace trame::micro {
+namespace {
+
+using trame::test::expect_mentions;
+using trame::test::input_error;
+
+/// plain_small without its last stage.
+std::string woven() {
+  const std::string text = trame::test::read_text(std::filesystem::path(TRAME_DATA_DIR) / "scenes/plain_small.toml");
+  return text.substr(0, text.find("# Biaxial tension"));
+}
+Stage stage_of(const std::string& test) { return parse_scene(woven() + "[test]\n" + test, "s.toml").stages.back(); }
+std::string error_of(const std::string& test) {
+  return input_error([&] { (void)parse_scene(woven() + "[test]\n" + test, "s.toml"); });
+}
+
+TEST(NamedTest, BiaxialIsTheLoadOfTheShippedScene) {
+  Stage written = read_scene(std::filesystem::path(TRAME_DATA_DIR) / "scenes/plain_small.toml").stages.back();
+  written.name = "biaxial";
+  EXPECT_TRUE(stage_of("kind = \"biaxial\"\nwarp_strain = \"2 %\"") == written);
+}
+
+TEST(NamedTest, CyclesGoThereAndBack) {
+  const Stage stage = stage_of("kind = \"biaxial\"\nweft_strain = 0.01\nincrements = 5\ncycles = 2");
+  EXPECT_EQ(stage.n_increments, 20);
+  for (const Drive& drive : stage.drives)
+    EXPECT_EQ(drive.amplitude,
+              drive.mode == DriveMode::follow ? Amplitude() : (Amplitude{{{0.25, 1}, {0.5, 0}, {0.75, 1}, {1, 0}}}));
+}
+
+TEST(NamedTest, UniaxialLeavesTheEndsOfTheOtherFamilyFree) {
+  const Stage stage = stage_of("kind = \"uniaxial\"\nstrain = 0.02\ndirection = \"weft\"");
+  int n_free = 0;
+  for (const Drive& drive : stage.drives) {
+    if (drive.mode == DriveMode::strain) {
+      EXPECT_EQ(drive.bodies, "side/weft/*");
+    }
+    if (drive.mode == DriveMode::follow) {
+      EXPECT_TRUE(drive.leader.starts_with("side/weft/"));
+    }
+    if (drive.mode == DriveMode::force) {
+      EXPECT_EQ(drive.bodies, "warp/*");
+      EXPECT_EQ(drive.value, 0);
+      ++n_free;
+    }
+  }
+  EXPECT_EQ(n_free, 6);
+}
+
+TEST(NamedTest, PullOutDrawsOneEndOutwardAndFreesTheOther) {
+  const std::vector<Drive> drives =
+      stage_of("kind = \"pull_out\"\nyarn = \"weft/2\"\nend = \"start\"\ndistance = \"10 um\"").drives;
+  ASSERT_EQ(drives.size(), 2U);
+  EXPECT_EQ(drives[0], (Drive{"weft/2/start", BodyDof::y, DriveMode::displacement, -10e-6, ""}));
+  EXPECT_EQ(drives[1], (Drive{"weft/2/end", BodyDof::y, DriveMode::force, 0, ""}));
+}
+
+TEST(NamedTest, WhatDoesNotGoTogetherIsRefusedWithItsKey) {
+  expect_mentions(error_of("kind = \"knit\""), {"s.toml", "test.kind", "knit", "biaxial", "yarn_tension"});
+  expect_mentions(error_of("kind = \"biaxial\""), {"warp_strain or a weft_strain other than 0"});
+  expect_mentions(error_of("kind = \"biaxial\"\nwarp_strain = 0.1\nstrain = 0.1"),
+                  {"test.strain", "none of test \"biaxial\"", "weft_strain"});
+  expect_mentions(error_of("kind = \"uniaxial\""), {"strain", "test \"uniaxial\" needs"});
+  expect_mentions(error_of("kind = \"uniaxial\"\nstrain = 20"), {"test.strain", "20", "10"});
+  expect_mentions(error_of("kind = \"pull_out\"\nyarn = \"warp/7\"\ndistance = \"1 um\""),
+                  {"test.yarn", "warp/7", "warp/1"});
+  expect_mentions(error_of("kind = \"pull_out\"\nyarn = \"warp/1\"\ndistance = \"-1 um\""),
+                  {"test.distance", "greater than 0"});
+  expect_mentions(error_of("kind = \"pull_out\"\nyarn = \"warp/1\"\ndistance = \"1 mm\""),
+                  {"test.distance", "0.000326 m, the length of the yarn"});
+  expect_mentions(error_of("kind = \"pull_out\"\nyarn = \"warp/1\"\ndistance = \"1 um\"\ncycle = 2"),
+                  {"cycle", "cycles"});
+  expect_mentions(input_error([] {
+                    (void)parse_scene(
+                        woven() + "[[stage]]\nname = \"biaxial\"\n[test]\nkind = \"biaxial\"\nwarp_strain = 0.1",
+                        "s.toml");
+                  }),
+                  {"biaxial", "is taken"});
+}
+
+/// Seven fibers of 1 mm, E A = 0.3 N each.
+std::string bundle(const std::string& more) {
+  return R"([material.m]
+model = "isotropic"
+young_modulus = "1 GPa"
+poisson_ratio = 0
+[fiber_type.f]
+material = "m"
+diameter = "19.544 um"
+model = "rod"
+[[bundle]]
+name = "tow"
+fiber_type = "f"
+points = [["0 mm", "0 mm", "1 mm"], ["0 mm", "0.6 mm", "1.8 mm"]]
+elements = 4
+fibers = 7
+[effects]
+contact = "none"
+)" + more;
+}
+
+TEST(NamedTest, YarnTensionOfABundleBringsItsBodiesAndHasTheStiffnessOfItsFibers) {
+  const Scene scene = parse_scene(
+      bundle("[test]\nkind = \"yarn_tension\"\nyarn = \"tow\"\nstrain = \"1 %\"\nincrements = 4\ncycles = 1"),
+      "s.toml");
+  ASSERT_EQ(scene.bodies.size(), 2U);
+  EXPECT_EQ(scene.bodies[1].name, "tow/end");
+  const auto result = test::run_scene(scene);
+  ASSERT_TRUE(result.done()) << result.summary.message;
+  ASSERT_EQ(result.summary.curve.size(), 8U);
+  const auto pull = [&](std::size_t i) {
+    const std::vector<double>& r = result.summary.curve[i].reaction;
+    return 0.6 * r[7] + 0.8 * r[8];  // of the end, along the bundle
+  };
+  const double expected = 7 * 0.3 * 0.5 * (1.01 * 1.01 - 1) * 1.01;
+  EXPECT_NEAR(pull(3), expected, 2e-3 * expected);
+  EXPECT_NEAR(pull(7), 0, 1e-6 * expected) << "an elastic bundle comes back";
+  EXPECT_NEAR(result.summary.curve[3].motion[7], 6e-6, 1e-12);
+  EXPECT_NEAR(result.summary.energy.external_work, 0, 1e-6 * expected * 1e-5) << "and gives back what it took";
+}
+
+TEST(NamedTest, YarnTensionNeedsFreeEnds) {
+  const std::string error = input_error([] {
+    (void)parse_scene(bundle("[[body]]\nname = \"jaw\"\n[[body.tie]]\nfibers = \"t*\"\nend = \"end\"\n"
+                             "[test]\nkind = \"yarn_tension\"\nyarn = \"tow\"\nstrain = 0.01"),
+                      "s.toml");
+  });
+  expect_mentions(error, {"test.yarn", "the end of \"tow\" is tied to body \"jaw\""});
+  expect_mentions(
+      input_error([] { (void)parse_scene(bundle("[test]\nkind = \"uniaxial\"\nstrain = 0.01"), "s.toml"); }),
+      {"test.kind", "needs a [weave]"});
+}
+
+/// A patch of straight yarns of one fiber each that do not touch.
+std::string patch(const std::string& test) {
+  std::string yarns;
+  for (const char* family : {"warp", "weft"})
+    yarns += fmt::format(
+        "[weave.{}]\nfiber_type = \"f\"\nyarns = 2\nfibers = 1\nelements = 10\nyarn_spacing = \"0.5 mm\"\n"
+        "margin = \"0.25 mm\"\n",
+        family);
+  const std::string types = bundle("");
+  return types.substr(0, types.find("[[bundle]]")) + "[weave]\npattern = \"plain\"\n" + yarns +
+         "[effects]\ncontact = \"none\"\n[test]\n" + test;
+}
+
+TEST(NamedTest, BiaxialOfYarnsThatDoNotTouchIsTwiceUniaxial) {
+  const auto result = test::run_scene(parse_scene(
+      patch("kind = \"biaxial\"\nwarp_strain = 0.02\nweft_strain = 0.01\nincrements = 2\ncycles = 1"), "s.toml"));
+  ASSERT_TRUE(result.done()) << result.summary.message;
+  const CurvePoint& top = result.summary.curve[1];
+  for (const int side : {0, 1}) {
+    const double strain = side == 0 ? 0.02 : 0.01,
+                 force = 2 * 0.3 * 0.5 * ((1 + strain) * (1 + strain) - 1) * (1 + strain);
+    EXPECT_NEAR(top.side_strain[side], strain, 1e-8);
+    EXPECT_NEAR(top.side_force[side], force, 2e-3 * force);
+    EXPECT_NEAR(result.summary.curve.back().side_force[side], 0, 1e-6 * force);
+  }
+}
+
+TEST(NamedTest, PullOutOfAYarnThatNothingHoldsTakesNoForce) {
+  const auto result = test::run_scene(
+      parse_scene(patch("kind = \"pull_out\"\nyarn = \"warp/1\"\ndistance = \"100 um\"\nincrements = 2"), "s.toml"));
+  ASSERT_TRUE(result.done()) << result.summary.message;
+  const CurvePoint& end = result.summary.curve.back();
+  // Bodies: warp/1/start, warp/1/end, …
+  EXPECT_NEAR(end.motion[6], 100e-6, 1e-12);
+  EXPECT_NEAR(end.motion[0], 100e-6, 1e-9) << "the free end follows";
+  EXPECT_NEAR(end.reaction[6], 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace trame::micro
