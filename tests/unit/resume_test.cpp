@@ -88,6 +88,8 @@ void expect_same(const SimulationSummary& a, const SimulationSummary& b) {
     EXPECT_EQ(a.curve[i].stage, b.curve[i].stage);
     EXPECT_EQ(a.curve[i].stage_time, b.curve[i].stage_time);
     EXPECT_EQ(a.curve[i].side_force, b.curve[i].side_force);
+    EXPECT_EQ(a.curve[i].motion, b.curve[i].motion);
+    EXPECT_EQ(a.curve[i].reaction, b.curve[i].reaction);
     EXPECT_EQ(a.curve[i].energy.stored, b.curve[i].energy.stored);
   }
 }

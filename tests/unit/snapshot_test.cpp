@@ -96,10 +96,10 @@ Increment sample_increment(Index i, Index n_contacts) {
   }
   Mat3 rotation;
   rotation << 1, 2, 3, 4, 5, 6, 7, 8, 9 + i;
-  increment.bodies = {{Vec3(i, 1, 2), Vec3(3, 4, 5)},
-                      {rotation, Mat3::Identity()},
-                      {Vec3(0.1, 0.2, i), Vec3::Zero()},
-                      {Vec3(6, 7, 8), Vec3(-i, 0, 0)}};
+  increment.bodies = {{Vec3(i, 1, 2), Vec3(3, 4, 5)},       {rotation, Mat3::Identity()},
+                      {Vec3(0.1, 0.2, i), Vec3::Zero()},    {Vec3(6, 7, 8), Vec3(-i, 0, 0)},
+                      {Vec3(0.5 * i, 1, 0), Vec3(2, 0, i)}, {Vec3(0, 4.0 * i, 1), Vec3(i, 3, 0)}};
+  increment.sides = {{0.01 * i, -0.02}, {3.0 * i, 0.25}};
   increment.solver = {11,   12 + i, 13,   14,   1e-5,
                       0.02, 1e-6,   1e-7, 1e-4, {1.5, 2.5, 3.5, 4.5, 5.5 * i, 6.5, {1, 2, 3, 4, 5, 6, 7.5}},
                       0.75, 1};
@@ -153,6 +153,10 @@ void expect_equal(const Increment& a, const Increment& b) {
   EXPECT_EQ(a.bodies.rotation, b.bodies.rotation);
   EXPECT_EQ(a.bodies.force, b.bodies.force);
   EXPECT_EQ(a.bodies.moment, b.bodies.moment);
+  EXPECT_EQ(a.bodies.motion, b.bodies.motion);
+  EXPECT_EQ(a.bodies.turn, b.bodies.turn);
+  EXPECT_EQ(a.sides.strain, b.sides.strain);
+  EXPECT_EQ(a.sides.force, b.sides.force);
   expect_equal(a.solver, b.solver);
 }
 
