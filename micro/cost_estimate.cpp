@@ -41,7 +41,7 @@ Fill analyse(const StageModel& model, bool with_contact) {
       effect->add_sparsity(builder);
   const Pattern pattern(model.layout, std::move(builder));
   const std::vector<char> all(pattern.coupling_start(pattern.n_nodes()), 1);
-  const Elimination elimination(model.layout, pattern, all);
+  const Elimination elimination(pattern, all);
   return {static_cast<double>(pattern.n_values()), static_cast<double>(elimination.value_start.back()),
           elimination.n_flops};
 }

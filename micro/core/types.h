@@ -22,4 +22,8 @@ using Index = std::int32_t;
 /// without contact).
 enum class FactorPrecision : std::uint8_t { single_precision, double_precision };
 
+/// What stands for the matrix in conjugate gradients: its factor; or, of enriched beams, their factors one by one and
+/// that of a matrix of rods; automatic takes what costs less.
+enum class Preconditioner : std::uint8_t { automatic, factor, two_level };
+
 }  // namespace trame

@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "micro/fiber/rod_space.h"
+
 namespace trame::micro {
 
 namespace {
@@ -68,6 +70,8 @@ NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std:
                           .max_iterations = scene.solver.max_newton_iterations,
                           .step_cap = scene.solver.step_cap,
                           .precision = scene.solver.factor_precision,
+                          .preconditioner = scene.solver.preconditioner,
+                          .coarse_space = [&model](const State& state) { return rod_space(model.field, state); },
                           .damps_soft_modes = model.proximal == nullptr,
                           .units = units_of_motion(model),
                           .longest_arm = longest_fiber(model),

@@ -152,6 +152,7 @@ struct SolverSettings {
   double geometry_tolerance = 1;    ///< of scenes for earlier versions, which had two: the smaller one counts
   double step_cap = 0.5;  ///< largest change of an unknown per Newton iteration: R (mean of the types), 1 or rad
   FactorPrecision factor_precision = FactorPrecision::double_precision;
+  Preconditioner preconditioner = Preconditioner::automatic;
   double min_increment = 1e-4;  ///< smallest fraction of a stage before the solver gives up
 
   bool operator==(const SolverSettings&) const = default;

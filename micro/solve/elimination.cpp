@@ -78,7 +78,7 @@ class Analysis {
 
 }  // namespace
 
-Elimination::Elimination(const Layout& layout, const Pattern& pattern, std::span<const char> kept) {
+Elimination::Elimination(const Pattern& pattern, std::span<const char> kept) {
   const Analysis analysis(pattern, kept);
   const Index n = pattern.n_nodes(), n_super = analysis.n_supernodes();
   node.assign(analysis.order().begin(), analysis.order().end());
@@ -86,7 +86,8 @@ Elimination::Elimination(const Layout& layout, const Pattern& pattern, std::span
   first_dof.assign(1, 0);
   for (Index k = 0; k < n; ++k) {
     position[node[k]] = k;
-    first_dof.push_back(first_dof.back() + 3 * layout.n_vectors(node[k]));
+    dof.push_back(pattern.first_dof(node[k]));
+    first_dof.push_back(first_dof.back() + pattern.width(node[k]));
   }
 
   row_start.assign(1, 0);
@@ -143,7 +144,7 @@ Elimination::Elimination(const Layout& layout, const Pattern& pattern, std::span
       if (kept[coupling++])
         blocks[at[column_of(i, j)]++] = {std::max(position[i], position[j]), position[i] < position[j],
                                          pattern.column_height(j), value};
-      value += 3 * layout.n_vectors(i);
+      value += pattern.width(i);
     }
   }
   for (Index k = 0; k < n; ++k)

@@ -19,7 +19,7 @@ class Elimination {
   /// Orders with METIS and finds the supernodes with CHOLMOD, both on the graph of nodes: analysis costs next to
   /// nothing there. Couplings of the pattern that are not `kept` are left out. \throws std::runtime_error if CHOLMOD
   /// fails, for instance without memory.
-  Elimination(const Layout& layout, const Pattern& pattern, std::span<const char> kept);
+  Elimination(const Pattern& pattern, std::span<const char> kept);
 
   [[nodiscard]] Index n_supernodes() const { return static_cast<Index>(parent.size()); }
   [[nodiscard]] std::span<const Index> row_positions(Index s) const {
@@ -32,6 +32,7 @@ class Elimination {
   [[nodiscard]] Index width(Index position) const { return first_dof[position + 1] - first_dof[position]; }
 
   std::vector<Index> node;       ///< at each position
+  std::vector<Index> dof;        ///< of the pattern, the first of each position
   std::vector<Index> first_dof;  ///< of each position, in elimination order; one more entry for the end
   std::vector<Index> first;      ///< first position of each supernode; one more entry for the end
   std::vector<std::size_t> row_start;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 extern "C" void openblas_set_num_threads(int n_threads);
 
@@ -19,8 +20,10 @@ double dot(std::span<const double> a, std::span<const double> b) {
 
 }  // namespace
 
-LinearSolver::LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads)
-    : layout_(layout), precision_(precision), n_threads_(n_threads), partial_(n_parts) {
+LinearSolver::LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads,
+                           Preconditioner preconditioner)
+    : layout_(layout), precision_(precision), n_threads_(n_threads), preconditioner_(preconditioner),
+      partial_(n_parts) {
   // Threads work on fronts and parts of fronts, each with a BLAS of one thread.
   openblas_set_num_threads(1);
   for (auto* v : {&x_, &residual_, &z_, &direction_, &product_}) v->resize(layout.n_dofs());
@@ -40,7 +43,9 @@ void LinearSolver::set_pattern(const Pattern& pattern) {
 void LinearSolver::forget() {
   pattern_ = nullptr;
   elimination_ = {};
-  analyzed_ = has_factor_ = complete_ = false;
+  in_single_.reset();
+  in_double_.reset();
+  analyzed_ = has_factor_ = one_level_ = complete_ = false;
 }
 
 std::vector<char> LinearSolver::couplings(std::span<const double> values, double weak) const {
@@ -72,27 +77,69 @@ std::vector<char> LinearSolver::couplings(std::span<const double> values, double
   return strong;
 }
 
-void LinearSolver::analyze(std::span<const double> values) {
+void LinearSolver::analyze(std::span<const double> values, const std::function<CoarseSpace()>& coarse_space) {
   // What has just come above the limit was kept before.
   constexpr double weak = 1e-4, weak_when_analyzed = 3e-5;
   if (analyzed_) {
     const std::vector<char> needed = couplings(values, complete_ ? 0 : weak);
-    if (std::equal(needed.begin(), needed.end(), kept_.begin(), [](char n, char k) { return k || !n; })) return;
+    if (std::equal(needed.begin(), needed.end(), kept_.begin(), [](char n, char k) { return k || !n; })) {
+      if (has_two_levels()) coarse_space_ = coarse_space();
+      return;
+    }
   }
   kept_ = couplings(values, complete_ ? 0 : weak_when_analyzed);
-  elimination_ = Elimination(layout_, *pattern_, kept_);
-  analyzed_ = true;
+  in_single_.reset();
+  in_double_.reset();
   has_factor_ = false;
+  analyzed_ = true;
+  const bool may_have_two = preconditioner_ != Preconditioner::factor && !one_level_ && coarse_space;
+  if (may_have_two) coarse_space_ = coarse_space();
+  // A space of rods alone is no coarser.
+  const bool is_coarse = may_have_two && coarse_space_.first_dof.back() < layout_.n_dofs();
+  if (is_coarse && preconditioner_ == Preconditioner::two_level) return analyze_two_levels();
+  elimination_ = Elimination(*pattern_, kept_);
+  constexpr double small = 5e10;  // flops that are not worth a look
+  if (!is_coarse || elimination_.n_flops < small) return;
+  // Reading an entry costs about as much as 50 flops. A factor is read three times for a solution and serves three or
+  // four of them; two levels are read seven times and serve two.
+  constexpr double flops_per_entry = 50, advantage = 4;
+  const double one = n_factor_flops() + 3 * flops_per_entry * n_factor_entries();
+  Elimination one_level = std::move(elimination_);
+  analyze_two_levels();
+  const double two = n_factor_flops() + 7 * flops_per_entry * n_factor_entries();
+  if (one > advantage * two) return;
+  in_single_.reset();
+  in_double_.reset();
+  elimination_ = std::move(one_level);
+}
+
+void LinearSolver::analyze_two_levels() {
+  if (precision_ == FactorPrecision::single_precision)
+    in_single_ = std::make_unique<TwoLevel<float>>(*pattern_, kept_, coarse_space_);
+  else
+    in_double_ = std::make_unique<TwoLevel<double>>(*pattern_, kept_, coarse_space_);
+  elimination_ = {};
+  single_.release();
+  double_.release();
 }
 
 bool LinearSolver::factorize(std::span<const double> values) {
-  analyze(values);
-  has_factor_ = precision_ == FactorPrecision::single_precision ? single_.factorize(elimination_, values, n_threads_)
-                                                                : double_.factorize(elimination_, values, n_threads_);
+  if (in_single_)
+    has_factor_ = in_single_->factorize(values, coarse_space_, n_threads_);
+  else if (in_double_)
+    has_factor_ = in_double_->factorize(values, coarse_space_, n_threads_);
+  else if (precision_ == FactorPrecision::single_precision)
+    has_factor_ = single_.factorize(elimination_, values, n_threads_);
+  else
+    has_factor_ = double_.factorize(elimination_, values, n_threads_);
   return has_factor_;
 }
 
 bool LinearSolver::refine() {
+  if (has_two_levels()) {
+    analyzed_ = has_factor_ = false;
+    return one_level_ = true;
+  }
   if (!complete_) return complete_ = true;
   if (precision_ == FactorPrecision::double_precision) return false;
   precision_ = FactorPrecision::double_precision;
@@ -101,11 +148,27 @@ bool LinearSolver::refine() {
   return true;
 }
 
+double LinearSolver::n_factor_entries() const {
+  if (in_single_) return in_single_->n_entries();
+  if (in_double_) return in_double_->n_entries();
+  return elimination_.value_start.empty() ? 0 : static_cast<double>(elimination_.value_start.back());
+}
+
+double LinearSolver::n_factor_flops() const {
+  if (in_single_) return in_single_->n_flops();
+  if (in_double_) return in_double_->n_flops();
+  return elimination_.n_flops;
+}
+
 void LinearSolver::precondition(std::span<const double> residual, std::span<double> z) {
-  if (precision_ == FactorPrecision::single_precision)
-    single_.solve(elimination_, layout_, residual, z, n_threads_);
+  if (in_single_)
+    in_single_->solve(residual, z, n_threads_);
+  else if (in_double_)
+    in_double_->solve(residual, z, n_threads_);
+  else if (precision_ == FactorPrecision::single_precision)
+    single_.solve(elimination_, residual, z, n_threads_);
   else
-    double_.solve(elimination_, layout_, residual, z, n_threads_);
+    double_.solve(elimination_, residual, z, n_threads_);
 }
 
 void LinearSolver::multiply(std::span<const double> values, std::span<const double> x, std::span<double> y) {
@@ -197,6 +260,12 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
   met_negative_curvature_ = false;
   double rz = begin_iterations(b);
   if (!std::isfinite(rz)) return std::nullopt;
+  // Two levels of an indefinite matrix may themselves be indefinite.
+  const auto is_indefinite = [&] { return has_two_levels() && rz < 0; };
+  if (is_indefinite()) {
+    met_negative_curvature_ = true;
+    return std::nullopt;
+  }
   const double start = rz, goal = tolerance * tolerance * rz;
   double by_preconditioner = rz;  // curvature of the direction
   int iteration = 0;
@@ -222,6 +291,10 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
     const double next = iterate(along, rz), beta = next / rz;
     by_preconditioner = next + beta * beta * by_preconditioner;
     rz = next;
+    if (is_indefinite()) {
+      met_negative_curvature_ = true;
+      if (truncated == Truncated::never) return std::nullopt;
+    }
   }
   std::copy(x_.begin(), x_.end(), b.begin());
   return iteration;

@@ -1,30 +1,35 @@
 #pragma once
 /// \file
 /// Solution of K x = b for the lower-triangular block matrices of a Pattern: conjugate gradients behind the factor of
-/// what couples nodes strongly, which may be in single precision, or that of an earlier matrix.
+/// what couples nodes strongly, or two levels for the same, which may be in single precision, or of an earlier matrix.
 
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "micro/solve/supernodal_factor.h"
+#include "micro/solve/two_level.h"
 
 namespace trame::micro {
 
 class LinearSolver {
  public:
-  LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads);
+  LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads,
+               Preconditioner preconditioner = Preconditioner::factor);
 
   /// Matrices have this pattern from now on; it must outlive its use here. The last factor stays, and may still serve.
   void set_pattern(const Pattern& pattern);
   /// Orders and analyses what couples nodes strongly in the matrix with these values. What has been analysed before of
-  /// the same pattern stays as long as it has all of that; otherwise the last factor goes.
-  void analyze(std::span<const double> values);
-  /// Analyses if need be, and factorises the matrix with these values without its weak couplings. Returns false where
+  /// the same pattern stays as long as it has all of that; otherwise the last factor goes. Without a coarse space there
+  /// are no two levels.
+  void analyze(std::span<const double> values, const std::function<CoarseSpace()>& coarse_space = {});
+  /// Factorises the matrix with these values, which has been analysed, without its weak couplings. Returns false where
   /// it is not positive definite in the precision of the factor.
   [[nodiscard]] bool factorize(std::span<const double> values);
-  /// Factorises more exactly from now on: first with all couplings, until `forget`, then in double precision. Returns
-  /// false if that was the case already.
+  /// Factorises more exactly from now on: first, until `forget`, in one level, then with all couplings, then in double
+  /// precision. Returns false if that was the case already.
   bool refine();
 
   /// The last factor goes, and with it all that does not follow from the next pattern and matrix.
@@ -47,12 +52,13 @@ class LinearSolver {
   /// gradients from b. False says nothing. Destroys b.
   [[nodiscard]] bool finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations);
 
-  [[nodiscard]] double n_factor_entries() const {
-    return elimination_.value_start.empty() ? 0 : static_cast<double>(elimination_.value_start.back());
-  }
-  [[nodiscard]] double n_factor_flops() const { return elimination_.n_flops; }
+  [[nodiscard]] bool has_two_levels() const { return in_single_ || in_double_; }
+  /// What a solution by the factor reads, and what a factorisation takes.
+  [[nodiscard]] double n_factor_entries() const;
+  [[nodiscard]] double n_factor_flops() const;
 
  private:
+  void analyze_two_levels();
   void precondition(std::span<const double> residual, std::span<double> z);
   /// Begins conjugate gradients at x = 0; returns the norm of the residual, squared: that of the preconditioner's
   /// inverse.
@@ -70,12 +76,18 @@ class LinearSolver {
   const Pattern* pattern_ = nullptr;
   FactorPrecision precision_;
   int n_threads_;
+  Preconditioner preconditioner_;
   Elimination elimination_;
   SupernodalFactor<float> single_;
   SupernodalFactor<double> double_;
+  std::unique_ptr<TwoLevel<float>>
+      in_single_;  // of two levels one of them is there instead, in the precision asked for
+  std::unique_ptr<TwoLevel<double>> in_double_;
+  CoarseSpace coarse_space_;
   bool analyzed_ = false;   // elimination_ is that of pattern_, not of an earlier one
+  bool one_level_ = false;  // two have been given up
   bool complete_ = false;   // weak couplings count
-  std::vector<char> kept_;  // couplings of the pattern that elimination_ has
+  std::vector<char> kept_;  // couplings of the pattern that the analysis has
   bool has_factor_ = false;
   bool met_negative_curvature_ = false;
   std::vector<Index> part_start_;             // node columns of each part of the product

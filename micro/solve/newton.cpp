@@ -24,8 +24,8 @@ std::string_view describe(NewtonOutcome::Status status) {
 
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
-      linear_(layout, settings.precision, n_threads), damping_(layout.n_vectors()), force_(layout.n_dofs()),
-      step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()),
+      linear_(layout, settings.precision, n_threads, settings.preconditioner), damping_(layout.n_vectors()),
+      force_(layout.n_dofs()), step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()),
       last_step_(layout.n_vectors(), Vec3::Zero()) {
   settings_.units.resize(layout.n_vectors(), 1.0);
   reset_reach();
@@ -193,8 +193,10 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
                              double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
   using Truncated = LinearSolver::Truncated;
   constexpr int max_iterations = 50;
-  // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it.
-  const double affordable = n_factor_flops() / (50 * std::max(1.0, n_factor_entries()));
+  // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it; behind new ones of
+  // two levels there are about six iterations to come.
+  const double affordable =
+      n_factor_flops() / (50 * std::max(1.0, n_factor_entries())) + (linear_.has_two_levels() ? 6 : 0);
   const int max_iterations_with_old_factor = static_cast<int>(std::clamp(affordable, 4.0, 15.0));
   const bool may_end_early = remaining == 0;
   const auto solve = [&](int limit, Truncated truncated) {
@@ -206,7 +208,10 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
   const auto factorize = [&] {
     {
       const auto guard = timers_.measure(Phase::symbolic);
-      linear_.analyze(values_);
+      if (settings_.coarse_space)
+        linear_.analyze(values_, [&] { return settings_.coarse_space(state); });
+      else
+        linear_.analyze(values_);
     }
     const auto guard = timers_.measure(Phase::factorization);
     ++outcome.n_factorizations;
@@ -234,6 +239,15 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
     if (n) indefinite_ = false;
     return n.has_value();
   };
+  // Two levels may be slow; that does not make a tangent indefinite.
+  const auto find_with_new_factor = [&] {
+    while (factorize()) {
+      if (solve(max_iterations, Truncated::never)) return true;
+      if (!linear_.has_two_levels() || linear_.met_negative_curvature()) return false;
+      linear_.refine();
+    }
+    return false;
+  };
   // What only contact holds against sliding is loose in the projection. As it is but a preconditioner, it may be made
   // a little stiffer all over; then the iterations tell whether the tangent itself is singular.
   const auto find_with_projection = [&] {
@@ -253,7 +267,7 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
   // The exact tangent of `state` is set up.
   const auto find = [&](bool old_factor) {
     if (old_factor && linear_.has_factor() && find_with_old_factor()) return true;
-    if (!indefinite_ && factorize() && solve(max_iterations, Truncated::never)) return true;
+    if (!indefinite_ && find_with_new_factor()) return true;
     indefinite_ = true;
     return find_with_projection();
   };
@@ -334,9 +348,9 @@ void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
 }
 
 bool NewtonSolver::seen_unstable(Effects& effects, const PrescribedMotion& prescribed, const State& state) {
-  // Behind the factor of a projection it takes more; but there it is worth more.
-  const int max_iterations = indefinite_ ? 100 : 12;
   if (!linear_.has_factor()) return false;
+  // Behind the factor of a projection it takes more; but there it is worth more. Behind two levels it takes more, too.
+  const int max_iterations = indefinite_ ? 100 : linear_.has_two_levels() ? 24 : 12;
   follow(effects, state, Effect::Follow::iteration);
   std::fill(last_step_.begin(), last_step_.end(), Vec3::Zero());
   assemble(effects, state, Assembler::Tangent::exact);
@@ -474,7 +488,8 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
       return outcome;
     }
     if (log && n_factor_entries() != n_entries)
-      log(fmt::format("      new order: {:.3g} entries in L, {:.3g} flops", n_factor_entries(), n_factor_flops()));
+      log(fmt::format("      new order, {}: {:.3g} entries, {:.3g} flops",
+                      linear_.has_two_levels() ? "two levels" : "one level", n_factor_entries(), n_factor_flops()));
     const Largest step = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
     const double cap = settings_.damps_soft_modes ? settings_.step_cap : trust_radius_;
     double alpha = step.size > cap ? cap / step.size : 1.0;

@@ -24,6 +24,8 @@ struct NewtonSettings {
   int max_iterations = 40;
   double step_cap = 0.5;  ///< largest change of any vector in one iteration, in its unit
   FactorPrecision precision = FactorPrecision::double_precision;
+  Preconditioner preconditioner = Preconditioner::factor;
+  std::function<CoarseSpace(const State&)> coarse_space;  ///< of two levels; may be empty
   /// Largest change of any vector before contact is looked for again, in its unit.
   double travel_cap = std::numeric_limits<double>::infinity();
   /// Damp what is soft instead of scaling whole steps down to the cap. For paths of equilibria: where fibers travel

@@ -229,6 +229,8 @@ bool SupernodalFactor<Real>::factorize(const Elimination& e, std::span<const dou
       scale_[e.first_dof[k] + c] = 1 / std::sqrt(d);
     }
   }
+  x_.resize(e.first_dof.back());
+  fronts_.resize(e.front_start.back());
   update_.clear();
   update_.resize(e.n_supernodes());
   failed_ = false;
@@ -352,14 +354,11 @@ void SupernodalFactor<Real>::backward_subtree(const Elimination& e, Index s) {
 }
 
 template <class Real>
-void SupernodalFactor<Real>::solve(const Elimination& e, const Layout& layout, std::span<const double> b,
-                                   std::span<double> x, int n_threads) {
-  x_.resize(b.size());
-  for (Index k = 0; k < static_cast<Index>(e.node.size()); ++k) {
-    const Index from = layout.first_dof(e.node[k]), to = e.first_dof[k];
-    for (Index c = 0; c < e.width(k); ++c) x_[to + c] = static_cast<Real>(b[from + c] * scale_[to + c]);
-  }
-  fronts_.resize(e.front_start.back());
+void SupernodalFactor<Real>::solve(const Elimination& e, std::span<const double> b, std::span<double> x,
+                                   int n_threads) {
+  for (Index k = 0; k < static_cast<Index>(e.node.size()); ++k)
+    for (Index c = 0, to = e.first_dof[k]; c < e.width(k); ++c)
+      x_[to + c] = static_cast<Real>(b[e.dof[k] + c] * scale_[to + c]);
   const bool worth_threads = e.value_start.back() > 20 * task_entries;
 #pragma omp parallel num_threads(n_threads) if (worth_threads)
 #pragma omp single
@@ -371,10 +370,21 @@ void SupernodalFactor<Real>::solve(const Elimination& e, const Layout& layout, s
         backward_subtree(e, s);
       }
     }
-  for (Index k = 0; k < static_cast<Index>(e.node.size()); ++k) {
-    const Index to = layout.first_dof(e.node[k]), from = e.first_dof[k];
-    for (Index c = 0; c < e.width(k); ++c) x[to + c] = x_[from + c] * scale_[from + c];
-  }
+  for (Index k = 0; k < static_cast<Index>(e.node.size()); ++k)
+    for (Index c = 0, from = e.first_dof[k]; c < e.width(k); ++c) x[e.dof[k] + c] = x_[from + c] * scale_[from + c];
+}
+
+template <class Real>
+void SupernodalFactor<Real>::solve_tree(const Elimination& e, Index root, std::span<Real> b) {
+  const Index leaf = e.first_descendant[root], begin = e.first[leaf], end = e.first[root + 1];
+  for (Index k = begin; k < end; ++k)
+    for (Index c = 0, to = e.first_dof[k]; c < e.width(k); ++c)
+      x_[to + c] = b[e.dof[k] + c] * static_cast<Real>(scale_[to + c]);
+  for (Index s = leaf; s <= root; ++s) forward(e, s);
+  for (Index s = root; s >= leaf; --s) backward(e, s);
+  for (Index k = begin; k < end; ++k)
+    for (Index c = 0, from = e.first_dof[k]; c < e.width(k); ++c)
+      b[e.dof[k] + c] = x_[from + c] * static_cast<Real>(scale_[from + c]);
 }
 
 template class SupernodalFactor<float>;

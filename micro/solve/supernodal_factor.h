@@ -19,8 +19,10 @@ class SupernodalFactor {
   /// the number of threads. Returns false where the matrix is not positive definite; the factor is then of no use.
   [[nodiscard]] bool factorize(const Elimination& elimination, std::span<const double> values, int n_threads);
   /// x = K⁻¹ b up to the precision of Real, whatever the number of threads. x and b may be the same.
-  void solve(const Elimination& elimination, const Layout& layout, std::span<const double> b, std::span<double> x,
-             int n_threads);
+  void solve(const Elimination& elimination, std::span<const double> b, std::span<double> x, int n_threads);
+  /// The same for one tree of the elimination, that of `root`, which no other is coupled to: replaces b by x at its
+  /// dofs. Trees may be solved at the same time.
+  void solve_tree(const Elimination& elimination, Index root, std::span<Real> b);
   /// Gives the memory of the factor back.
   void release() {
     values_.reset();

@@ -1,6 +1,7 @@
 #include "micro/solve/system.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace trame::micro {
 
@@ -48,9 +49,21 @@ void Pattern::Builder::compact() {
   compact_at_ = std::max(compact_at_, 2 * pairs_.size());
 }
 
-Pattern::Pattern(const Layout& layout, Builder builder) {
+namespace {
+
+std::vector<Index> first_dofs(const Layout& layout) {
+  std::vector<Index> first;
+  for (Index j = 0; j <= layout.n_nodes(); ++j) first.push_back(layout.first_dof(j));
+  return first;
+}
+
+}  // namespace
+
+Pattern::Pattern(const Layout& layout, Builder builder) : Pattern(first_dofs(layout), std::move(builder)) {}
+
+Pattern::Pattern(std::vector<Index> first_dof, Builder builder) : first_dof_(std::move(first_dof)) {
   builder.compact();
-  const Index n = layout.n_nodes();
+  const Index n = static_cast<Index>(first_dof_.size()) - 1;
   column_start_.resize(n + 1);
   column_height_.resize(n);
   value_start_.resize(n);
@@ -63,13 +76,13 @@ Pattern::Pattern(const Layout& layout, Builder builder) {
     const auto append = [&](Index i) {
       row_nodes_.push_back(i);
       row_offsets_.push_back(height);
-      height += 3 * layout.n_vectors(i);
+      height += width(i);
     };
     append(j);
     for (; pair != builder.pairs_.end() && static_cast<Index>(*pair >> 32) == j; ++pair)
       append(static_cast<Index>(*pair & 0xffffffffu));
     column_height_[j] = height;
-    n_values_ += static_cast<std::size_t>(height) * 3 * layout.n_vectors(j);
+    n_values_ += static_cast<std::size_t>(height) * width(j);
   }
   column_start_[n] = row_nodes_.size();
 }

@@ -73,12 +73,17 @@ class Pattern {
 
   Pattern() = default;
   Pattern(const Layout& layout, Builder builder);
+  /// Of nodes whose dofs begin at `first_dof`; one more entry for the end.
+  Pattern(std::vector<Index> first_dof, Builder builder);
 
   /// True if every coupling of `builder` is in this pattern already.
   [[nodiscard]] bool covers(Builder& builder) const;
 
   [[nodiscard]] Index n_nodes() const { return static_cast<Index>(column_start_.size()) - 1; }
   [[nodiscard]] std::size_t n_values() const { return n_values_; }
+  [[nodiscard]] Index first_dof(Index node) const { return first_dof_[node]; }
+  /// Number of dofs of a node.
+  [[nodiscard]] Index width(Index node) const { return first_dof_[node + 1] - first_dof_[node]; }
   [[nodiscard]] std::span<const Index> rows(Index column_node) const {
     return {row_nodes_.data() + column_start_[column_node], row_nodes_.data() + column_start_[column_node + 1]};
   }
@@ -92,6 +97,7 @@ class Pattern {
   [[nodiscard]] Index row_offset(Index i, Index j) const;
 
  private:
+  std::vector<Index> first_dof_;
   std::vector<std::size_t> column_start_ = {0};
   std::vector<Index> row_nodes_, row_offsets_;
   std::vector<Index> column_height_;

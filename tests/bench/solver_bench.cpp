@@ -5,6 +5,9 @@
 #include <benchmark/benchmark.h>
 #include <omp.h>
 
+#include <random>
+
+#include "micro/fiber/rod_space.h"
 #include "tests/bench/bundle.h"
 
 namespace trame::micro {
@@ -43,12 +46,46 @@ void factorization(benchmark::State& bench) {
   bundle.assemble_matrix();
   LinearSolver solver(bundle.layout, precision, omp_get_max_threads());
   solver.set_pattern(bundle.pattern);
+  solver.analyze(bundle.values);
   for (auto _ : bench)
     if (!solver.factorize(bundle.values)) bench.SkipWithError("not positive definite");
   report_per_fiber(bench);
   bench.counters["entries of L"] = solver.n_factor_entries();
   bench.counters["flops"] = benchmark::Counter(solver.n_factor_flops(), benchmark::Counter::kIsIterationInvariantRate);
 }
+
+/// A matrix with soft modes behind each preconditioner. Arguments: fibers, elements, penalty over the usual one.
+template <Preconditioner preconditioner>
+void preconditioned_solution(benchmark::State& bench) {
+  Bundle bundle(static_cast<Index>(bench.range(0)), FiberModel::enriched, static_cast<Index>(bench.range(1)),
+                ContactLaw{}.penalty * static_cast<double>(bench.range(2)));
+  bundle.assemble_matrix(1e-3);
+  LinearSolver solver(bundle.layout, FactorPrecision::single_precision, omp_get_max_threads(), preconditioner);
+  solver.set_pattern(bundle.pattern);
+  std::vector<double> load(bundle.layout.n_dofs());
+  std::minstd_rand random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (double& l : load) l = uniform(random);
+  int n_iterations = -1;
+  for (auto _ : bench) {
+    solver.analyze(bundle.values, [&] { return rod_space(bundle.field, bundle.state); });
+    std::vector<double> x = load;
+    if (solver.factorize(bundle.values)) n_iterations = solver.solve(bundle.values, x, 1e-3, 100).value_or(-1);
+  }
+  bench.counters["dofs"] = bundle.layout.n_dofs();
+  bench.counters["iterations"] = n_iterations;
+  bench.counters["entries"] = solver.n_factor_entries();
+  bench.counters["flops"] = solver.n_factor_flops();
+}
+
+void systems(benchmark::internal::Benchmark* bench) {
+  for (const int n_fibers : {7, 19, 37, 61}) bench->Args({n_fibers, 40, 1});
+  for (const int n_elements : {10, 20, 80}) bench->Args({19, n_elements, 1});
+  for (const int penalty : {10, 100}) bench->Args({19, 40, penalty});
+  bench->Unit(benchmark::kMillisecond);
+}
+BENCHMARK(preconditioned_solution<Preconditioner::factor>)->Apply(systems);
+BENCHMARK(preconditioned_solution<Preconditioner::two_level>)->Apply(systems);
 
 BENCHMARK(contact_search)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
 BENCHMARK(elastic_assembly<FiberModel::enriched>)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);

@@ -235,6 +235,7 @@ max_geometry_updates = 4
 step_cap = 0.4
 min_increment = 1e-3
 factor_precision = "single"
+preconditioner = "two_level"
 [[stage]]
 name = "separate"
 separate_yarns = true
@@ -386,6 +387,7 @@ TEST(Scene, ReadsEffectsAndSettings) {
   EXPECT_EQ(scene.solver.step_cap, 0.4);
   EXPECT_EQ(scene.solver.min_increment, 1e-3);
   EXPECT_EQ(scene.solver.factor_precision, FactorPrecision::single_precision);
+  EXPECT_EQ(scene.solver.preconditioner, Preconditioner::two_level);
   EXPECT_EQ(scene.stated_effects,
             (std::vector<std::string>{"adapt_penalty", "contact", "friction", "self_contact", "twist_stretch"}));
 }

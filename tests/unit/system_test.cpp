@@ -238,6 +238,7 @@ TEST_P(LinearSolverTest, SolvesAndTellsIndefiniteMatrices) {
   LinearSolver solver(chain.layout, GetParam(), 2);
   solver.set_pattern(pattern);
   shift_diagonal(0.1);
+  solver.analyze(values);
   ASSERT_TRUE(solver.factorize(values));
   Eigen::VectorXd x(27);
   for (int i = 0; i < 27; ++i) x[i] = std::sin(i + 1);
@@ -255,6 +256,7 @@ TEST_P(LinearSolverTest, AnOldFactorServesAChangedMatrix) {
   const Lattice lattice(6);
   LinearSolver solver(lattice.layout, GetParam(), 2);
   solver.set_pattern(lattice.pattern);
+  solver.analyze(lattice.values(1));
   ASSERT_TRUE(solver.factorize(lattice.values(1)));
   std::vector<double> x(lattice.layout.n_dofs());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sin(1.7 * static_cast<double>(i));
@@ -278,6 +280,7 @@ TEST_P(LinearSolverTest, LargeFrontsAreExactAndDoNotDependOnTheNumberOfThreads) 
   for (const int n_threads : {1, 2, 5}) {
     LinearSolver solver(lattice.layout, GetParam(), n_threads);
     solver.set_pattern(lattice.pattern);
+    solver.analyze(values);
     ASSERT_TRUE(solver.factorize(values));
     EXPECT_GT(solver.n_factor_flops(), 1e9);
     solutions.push_back(b);
