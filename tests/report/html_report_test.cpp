@@ -177,6 +177,8 @@ TEST_F(HtmlReport, RefusesWhatThereIsNot) {
   input_.summary.clear();
   input_.curves = folder_ / "bad.csv";
   write_text(input_.curves, "stage\npull,1\n");
+  EXPECT_TRUE(holds(error_of(), "bad.csv: not curves of a run: its columns must begin with stage,stage_time"));
+  write_text(input_.curves, "stage,stage_time,warp_strain\npull,1\n");
   EXPECT_TRUE(holds(error_of(), "bad.csv, line 2"));
   input_.curves.clear();
   EXPECT_FALSE(std::filesystem::exists(input_.file)) << "nothing is left behind";
