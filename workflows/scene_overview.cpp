@@ -127,9 +127,8 @@ std::string amplitude_text(const Amplitude& amplitude) {
 }
 
 std::string drive_text(const Drive& drive) {
-  static constexpr std::array dof_names = {"x", "y", "z", "rx", "ry", "rz"};
   const bool rotates = drive.dof >= BodyDof::rx;
-  const std::string driven = fmt::format("{} {}", drive.bodies, dof_names[static_cast<std::size_t>(drive.dof)]);
+  const std::string driven = fmt::format("{} {}", drive.bodies, dof_name(drive.dof));
   switch (drive.mode) {
     case DriveMode::displacement: return fmt::format("{} by {:g} {}", driven, drive.value, rotates ? "rad" : "m");
     case DriveMode::force:

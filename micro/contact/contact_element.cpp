@@ -86,10 +86,6 @@ Gap::Sliding sliding(const Gap& g, const Proximity& pair) {
   return s;
 }
 
-}  // namespace
-
-namespace {
-
 /// All of the gap but how its feet slide.
 void measure_at_feet(const FiberField& field, const State& state, ContactElement& e) {
   Gap& g = e.measured;

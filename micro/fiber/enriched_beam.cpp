@@ -276,9 +276,9 @@ void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Sectio
     for (int k = 0; k < n_measures_; ++k) s += by_measure[k] * section.measure[k];
     return s;
   };
-  const MeasureMatrix actual = stress(strain);
-  MeasureMatrix s = assembler.last_step() ? stress(strain - measures(last_step, section)) : actual;
-  const Z force = weight * z * (assembler.expects_forces() ? s : actual);
+  MeasureMatrix s = stress(assembler.last_step() ? strain - measures(last_step, section) : strain);
+  const bool differs_for_forces = assembler.last_step() && !assembler.expects_forces();
+  const Z force = weight * z * (differs_for_forces ? stress(strain) : s);
 
   // Node vector v of node a enters z through at most two columns: r through z₀; g₁ through z₁, z₃; g₂ through z₂, z₄.
   static constexpr int by_value[3] = {-1, 1, 2}, by_derivative[3] = {0, 3, 4};

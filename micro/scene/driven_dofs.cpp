@@ -1,7 +1,5 @@
 #include "micro/scene/driven_dofs.h"
 
-#include <array>
-
 #include "micro/core/name_table.h"
 
 namespace trame::micro {
@@ -20,11 +18,6 @@ std::vector<DrivenDof> driven_dofs(const Scene& scene, const std::vector<std::st
       }
   std::erase_if(all, [](const DrivenDof& driven) { return driven.modes.empty(); });
   return all;
-}
-
-std::string_view dof_name(BodyDof dof) {
-  static constexpr std::array<std::string_view, 6> names = {"x", "y", "z", "rx", "ry", "rz"};
-  return names[static_cast<std::size_t>(dof)];
 }
 
 }  // namespace trame::micro

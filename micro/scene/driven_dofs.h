@@ -2,8 +2,6 @@
 /// \file
 /// What a scene drives.
 
-#include <string_view>
-
 #include "micro/scene/scene.h"
 
 namespace trame::micro {
@@ -18,8 +16,5 @@ struct DrivenDof {
 
 /// All dofs that at least one stage drives, by body and axis.
 [[nodiscard]] std::vector<DrivenDof> driven_dofs(const Scene& scene, const std::vector<std::string>& body_names);
-
-/// "x" … "rz".
-[[nodiscard]] std::string_view dof_name(BodyDof dof);
 
 }  // namespace trame::micro

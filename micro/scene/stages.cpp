@@ -205,8 +205,6 @@ void check_stage(const SceneValue& table, const Scene& scene, const Stage& stage
 
 }  // namespace
 
-namespace {}  // namespace
-
 void read_stages(const SceneValue& root, Scene& scene) {
   const auto stages = root.find("stage");
   if (!stages) return;

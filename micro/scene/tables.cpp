@@ -154,18 +154,14 @@ std::vector<Key<Stage>> stage_keys() {
 
 std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies) {
   using T = DriveInput;
-  const auto dof = choice<BodyDof>({{"x", BodyDof::x},
-                                    {"y", BodyDof::y},
-                                    {"z", BodyDof::z},
-                                    {"rx", BodyDof::rx},
-                                    {"ry", BodyDof::ry},
-                                    {"rz", BodyDof::rz}});
+  NamedValues<BodyDof> dofs;
+  for (std::size_t d = 0; d < dof_names.size(); ++d) dofs.emplace_back(dof_names[d], static_cast<BodyDof>(d));
   const auto either = [](const Measure& translation, const Measure& rotation) {
     return allowed_quantity(translation, any()) + "; for rotations " + allowed_quantity(rotation, any());
   };
   return {
       key<T>("bodies", &T::bodies, list(wildcard("a body", bodies), true), "what is driven").needed(),
-      key<T>("dof", &T::dofs, list(dof, true), "along or about which axis").otherwise("this, along or about"),
+      key<T>("dof", &T::dofs, list(choice(dofs), true), "along or about which axis").otherwise("this, along or about"),
       key<T>("along", &T::along, vector(plain_number),
              "direction of a displacement or force, of any length: drives x, y and z together")
           .otherwise("this, dof or about"),

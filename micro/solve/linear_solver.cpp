@@ -92,17 +92,19 @@ void LinearSolver::analyze(std::span<const double> values, const std::function<C
   in_double_.reset();
   has_factor_ = false;
   analyzed_ = true;
-  const bool may_have_two = preconditioner_ != Preconditioner::factor && !one_level_ && coarse_space;
-  if (may_have_two) coarse_space_ = coarse_space();
   // A space of rods alone is no coarser.
-  const bool is_coarse = may_have_two && coarse_space_.first_dof.back() < layout_.n_dofs();
-  if (is_coarse && preconditioner_ == Preconditioner::two_level) return analyze_two_levels();
+  const auto finds_coarser_space = [&] {
+    if (one_level_ || !coarse_space) return false;
+    coarse_space_ = coarse_space();
+    return coarse_space_.first_dof.back() < layout_.n_dofs();
+  };
+  if (preconditioner_ == Preconditioner::two_level && finds_coarser_space()) return analyze_two_levels();
   elimination_ = Elimination(*pattern_, kept_);
   constexpr double small = 5e10;  // flops that are not worth a look
-  if (!is_coarse || elimination_.n_flops < small) return;
-  // Reading an entry costs about as much as 50 flops. A factor is read three times for a solution and serves three or
-  // four of them; two levels are read seven times and serve two.
-  constexpr double flops_per_entry = 50, advantage = 4;
+  if (preconditioner_ != Preconditioner::automatic || elimination_.n_flops < small || !finds_coarser_space()) return;
+  // A factor is read three times for a solution and serves three or four of them; two levels are read seven times and
+  // serve two.
+  constexpr double advantage = 4;
   const double one = n_factor_flops() + 3 * flops_per_entry * n_factor_entries();
   Elimination one_level = std::move(elimination_);
   analyze_two_levels();

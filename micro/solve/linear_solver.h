@@ -52,6 +52,8 @@ class LinearSolver {
   /// gradients from b. False says nothing. Destroys b.
   [[nodiscard]] bool finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations);
 
+  /// Reading an entry of a factor costs about as much as so many flops of a factorisation.
+  static constexpr double flops_per_entry = 50;
   [[nodiscard]] bool has_two_levels() const { return in_single_ || in_double_; }
   /// What a solution by the factor reads, and what a factorisation takes.
   [[nodiscard]] double n_factor_entries() const;

@@ -70,7 +70,9 @@ void NewtonSolver::assemble(const Effects& effects, const State& state, Assemble
       std::fill(value_limit(begin), value_limit(end), 0.0);
     }
     Assembler assembler(layout_, &pattern_, begin, end, force_.data(), inner_.data(), values_.data(), tangent);
-    assembler.set_last_step(last_step_.data(), of_forces);
+    // Actual forces alone know nothing of it.
+    if (tangent != Assembler::Tangent::none || of_forces == Assembler::Stress::expected)
+      assembler.set_last_step(last_step_.data(), of_forces);
     for (const auto& effect : effects) {
       assembler.set_magnitude(effect->is_elastic() ? inner_.data() : outer_.data());
       effect->add(state, assembler);
@@ -193,10 +195,10 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
                              double tolerance, bool try_old_factor, NewtonOutcome& outcome) {
   using Truncated = LinearSolver::Truncated;
   constexpr int max_iterations = 50;
-  // A factorisation costs about as much as reading one entry of the factor for every 50 flops of it; behind new ones of
-  // two levels there are about six iterations to come.
-  const double affordable =
-      n_factor_flops() / (50 * std::max(1.0, n_factor_entries())) + (linear_.has_two_levels() ? 6 : 0);
+  // A factorisation costs as much as so many readings of the factor; behind new ones of two levels there are about six
+  // iterations to come.
+  const double affordable = n_factor_flops() / (LinearSolver::flops_per_entry * std::max(1.0, n_factor_entries())) +
+                            (linear_.has_two_levels() ? 6 : 0);
   const int max_iterations_with_old_factor = static_cast<int>(std::clamp(affordable, 4.0, 15.0));
   const bool may_end_early = remaining == 0;
   const auto solve = [&](int limit, Truncated truncated) {

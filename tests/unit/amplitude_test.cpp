@@ -8,6 +8,7 @@
 
 #include "tests/support/messages.h"
 #include "tests/support/run_scene.h"
+#include "tests/support/tied_rod.h"
 
 namespace trame::micro {
 namespace {
@@ -27,40 +28,14 @@ TEST(Amplitude, IsARampWithoutPointsAndStraightBetweenThem) {
 }
 
 std::string scene_with(const std::string& drive, int increments = 4) {
-  return fmt::format(R"([material.m]
-model = "isotropic"
-young_modulus = "1 GPa"
-poisson_ratio = 0
-[fiber_type.f]
-material = "m"
-diameter = "20 um"
-model = "rod"
-[[fiber]]
-name = "fiber"
-fiber_type = "f"
-points = [["0 um", "0 um", "0 um"], ["1 mm", "0 um", "0 um"]]
-elements = 4
-[[body]]
-name = "left"
-[[body.tie]]
-fibers = "fiber"
-end = "start"
-[[body]]
-name = "right"
-position = ["1 mm", "0 um", "0 um"]
-[[body.tie]]
-fibers = "fiber"
-end = "end"
-[effects]
-contact = "none"
-[[stage]]
+  return trame::test::tied_rod(4) + fmt::format(R"([[stage]]
 name = "pull"
 increments = {}
 [[stage.drive]]
 bodies = "right"
 {}
 )",
-                     increments, drive);
+                                         increments, drive);
 }
 
 Scene scene_of(const std::string& drive, int increments = 4) {

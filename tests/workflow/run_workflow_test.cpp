@@ -9,6 +9,7 @@
 #include "support/process.h"
 #include "support/temporary_folder.h"
 #include "support/text_file.h"
+#include "support/tied_rod.h"
 
 namespace trame::test {
 namespace {
@@ -56,38 +57,11 @@ TEST(RunWorkflow, InterruptSavesEverythingUpToTheCurrentIncrement) {
 TEST(RunWorkflow, WarnsInTheTerminalTheSummaryAndTheReport) {
   // A straight column at twice Euler's load, 4π² (R/2L)²: it stays straight, in an equilibrium that is unstable.
   const TemporaryFolder folder;
-  write_text(folder / "column.toml", R"(title = "column"
-[material.m]
-model = "isotropic"
-young_modulus = "1 GPa"
-poisson_ratio = 0
-[fiber_type.f]
-material = "m"
-diameter = "20 um"
-model = "rod"
-[[fiber]]
-name = "column"
-fiber_type = "f"
-points = [["0 um", "0 um", "0 um"], ["1 mm", "0 um", "0 um"]]
-elements = 12
-[[body]]
-name = "foot"
-[[body.tie]]
-fibers = "column"
-end = "start"
-[[body]]
-name = "head"
-position = ["1 mm", "0 um", "0 um"]
-[[body.tie]]
-fibers = "column"
-end = "end"
-[effects]
-contact = "none"
-[[stage]]
+  write_text(folder / "column.toml", "title = \"column\"\n" + tied_rod(12) + R"([[stage]]
 name = "shorten"
 increments = 4
 [[stage.drive]]
-bodies = "head"
+bodies = "right"
 dof = "x"
 displacement = "-2 um"
 )");

@@ -76,12 +76,11 @@ void add_side_forces(const std::vector<SideRow>& rows, std::vector<Quantity>& qu
 /// Of bodies that the last stage loads: how far they went. Of those that it moves: the force that this took.
 void add_bodies(const Scene& scene, const SnapshotHeader& header, const Increment& start, const Increment& last,
                 std::vector<Quantity>& quantities) {
-  static constexpr std::array dofs = {"x", "y", "z", "rx", "ry", "rz"};
   for (const Drive& drive : scene.stages.back().drives)
     for (std::size_t b = 0; b < header.body_names.size(); ++b) {
       const int d = static_cast<int>(drive.dof);
       if (!matches(drive.bodies, header.body_names[b]) || drive.mode == DriveMode::follow) continue;
-      const std::string name = fmt::format("{}_{}", header.body_names[b], dofs[d]);
+      const std::string name = fmt::format("{}_{}", header.body_names[b], dof_name(drive.dof));
       if (drive.mode != DriveMode::force && drive.value != 0)
         quantities.push_back({name + (d < 3 ? "_force_N" : "_moment_Nm"),
                               d < 3 ? last.bodies.force[b][d] : last.bodies.moment[b][d - 3],

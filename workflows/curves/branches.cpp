@@ -212,6 +212,12 @@ std::vector<Branch> branches_of(const Curve& curve) {
   return branches;
 }
 
+double largest_work(const Curve& curve) {
+  double largest = 0;
+  for (const Branch& branch : branches_of(curve)) largest = std::max(largest, std::abs(branch.work));
+  return largest;
+}
+
 std::string text(Branch::Kind kind) {
   switch (kind) {
     case Branch::Kind::loading: return "loading";

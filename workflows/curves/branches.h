@@ -24,6 +24,7 @@ struct Curve {
   /// Its reaction does work along its motion; not so of sides that keep their distance, over the strain of the others.
   bool works = true;
 
+  [[nodiscard]] bool is_of_sides() const { return motion_unit == "1"; }
   [[nodiscard]] bool turns() const { return motion_unit == "rad"; }
 };
 
@@ -46,6 +47,9 @@ struct Branch {
 
 /// Motions to and fro by less than a thousandth of the curve's range belong to the branch they are in.
 [[nodiscard]] std::vector<Branch> branches_of(const Curve& curve);
+
+/// Size of the work of the branch that took most; 0 without branches.
+[[nodiscard]] double largest_work(const Curve& curve);
 
 [[nodiscard]] std::string text(Branch::Kind kind);
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numbers>
 
 #include "micro/core/whole_file.h"
@@ -16,12 +15,6 @@ namespace {
 
 constexpr std::array<const char*, 8> colours = {"#3b75af", "#d5813a", "#5a9e6f", "#8a6bb1",
                                                 "#b5524d", "#c9a227", "#6b7a8a", "#0f8a8a"};
-
-double largest_work(const Curve& curve) {
-  double largest = 0;
-  for (const Branch& branch : branches_of(curve)) largest = std::max(largest, std::abs(branch.work));
-  return largest;
-}
 
 /// Names come from a file: what is no text must not get into a script.
 std::string plot_title(std::string name) {
@@ -42,7 +35,7 @@ std::string data_block(const Curve& curve, const Branch& branch, const std::stri
 }  // namespace
 
 Axes axes_of(const Curve& curve) {
-  if (curve.motion_unit == "1")
+  if (curve.is_of_sides())
     return {"strain of the sides (%)", curve.reaction_unit == "N" ? "force on a side (N)" : "force per width (N/m)",
             0.01, 1};
   if (curve.turns()) return {"turn of the body (°)", "moment about the axis (µN m)", std::numbers::pi / 180, 1e-6};
@@ -87,7 +80,7 @@ bool plot_curves(const std::filesystem::path& folder, const std::vector<Curve>& 
   if (first == curves.end()) return true;
   const auto most = std::max_element(curves.begin(), curves.end(),
                                      [](const Curve& a, const Curve& b) { return largest_work(a) < largest_work(b); });
-  const Curve& leads = first->motion_unit == "1" ? *first : *most;
+  const Curve& leads = first->is_of_sides() ? *first : *most;
   const std::string commands = plot_commands(curves_on(axes_of(leads), curves));
   if (commands.empty()) return true;
   micro::write_whole_file(

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numbers>
 
 #include "workflows/curves/curves_plot.h"
 #include "workflows/report/gnuplot.h"
@@ -39,19 +41,19 @@ struct Shown {
   const char* unit;
 };
 Shown shown_motion(const Curve& c) {
-  if (c.motion_unit == "1") return {100, "%"};
-  return c.turns() ? Shown{57.29577951308232, "°"} : Shown{1e6, "µm"};
+  if (c.is_of_sides()) return {100, "%"};
+  return c.turns() ? Shown{180 / std::numbers::pi, "°"} : Shown{1e6, "µm"};
 }
 Shown shown_reaction(const Curve& c) {
-  if (c.motion_unit == "1") return {1, c.reaction_unit == "N" ? "N" : "N/m"};
+  if (c.is_of_sides()) return {1, c.reaction_unit == "N" ? "N" : "N/m"};
   return c.turns() ? Shown{1e6, "µN m"} : Shown{1e3, "mN"};
 }
 Shown shown_stiffness(const Curve& c) {
-  if (c.motion_unit == "1") return {1e-3, c.reaction_unit == "N" ? "kN" : "kN/m"};
+  if (c.is_of_sides()) return {1e-3, c.reaction_unit == "N" ? "kN" : "kN/m"};
   return c.turns() ? Shown{1e6, "µN m/rad"} : Shown{1, "N/m"};
 }
 Shown shown_work(const Curve& c) {
-  if (c.motion_unit == "1") return {1, c.reaction_unit == "N" ? "N" : "J/m²"};
+  if (c.is_of_sides()) return {1, c.reaction_unit == "N" ? "N" : "J/m²"};
   return {1e6, "µJ"};
 }
 
@@ -85,8 +87,6 @@ std::string curves_figure(const std::vector<Curve>& curves) {
   return figure(inline_image(*svg, "image/svg+xml", what), filled("curves_caption", {{"what", what}}));
 }
 
-bool is_of_sides(const Curve& curve) { return curve.motion_unit == "1"; }
-
 /// Sides are shown as such.
 bool is_shown_as_side(const Curve& curve) {
   return (curve.name.starts_with("side/warp/") && curve.name.ends_with(", x")) ||
@@ -101,7 +101,7 @@ void leave_out_weaving(std::vector<Curve>& curves) {
     if (stages.empty() || stages.back() != point.stage) stages.push_back(point.stage);
   const auto strains = [&](const std::string& stage) {
     return std::any_of(curves.begin(), curves.end(),
-                       [&](const Curve& curve) { return is_of_sides(curve) && curve.stages.contains(stage); });
+                       [&](const Curve& curve) { return curve.is_of_sides() && curve.stages.contains(stage); });
   };
   if (stages.empty()) return;
   auto first = std::find_if(stages.begin(), stages.end(), strains);
@@ -114,36 +114,34 @@ void leave_out_weaving(std::vector<Curve>& curves) {
 /// Of dofs, those whose work is not small beside that of others.
 std::vector<Curve> worth_showing(const std::vector<Curve>& curves) {
   constexpr double small = 0.05;
-  const auto work = [](const Curve& curve) {
-    double largest = 0;
-    for (const Branch& b : branches_of(curve)) largest = std::max(largest, std::abs(b.work));
-    return largest;
-  };
   double most = 0;
   for (const Curve& curve : curves)
-    if (!is_of_sides(curve)) most = std::max(most, work(curve));
-  const bool has_sides = std::any_of(curves.begin(), curves.end(), is_of_sides);
+    if (!curve.is_of_sides()) most = std::max(most, largest_work(curve));
+  const bool has_sides = std::any_of(curves.begin(), curves.end(), std::mem_fn(&Curve::is_of_sides));
   std::vector<Curve> kept;
   for (const Curve& curve : curves)
-    if (is_of_sides(curve) || (work(curve) >= small * most && !(has_sides && is_shown_as_side(curve))))
+    if (curve.is_of_sides() || (largest_work(curve) >= small * most && !(has_sides && is_shown_as_side(curve))))
       kept.push_back(curve);
   return kept;
 }
 
 }  // namespace
 
+CurvesLayout saved_layout(const micro::SnapshotHeader& header, const micro::Increment& last) {
+  return header.body_names.empty() || last.bodies.motion.empty() ? CurvesLayout{} : layout_of(header, last.bodies);
+}
+
+std::vector<double> saved_values(const CurvesLayout& layout, const micro::Increment& state) {
+  return layout.values(state.sides.strain, state.sides.force, interleaved(state.bodies.motion, state.bodies.turn),
+                       interleaved(state.bodies.force, state.bodies.moment));
+}
+
 CurvesTable saved_curves(const meso::FiberStates& states, Index last) {
-  const micro::SnapshotHeader& header = states.header();
-  const micro::Increment end = states.read(last);
-  if (header.body_names.empty() || end.bodies.motion.empty()) return {};
-  const CurvesLayout layout = layout_of(header, end.bodies);
+  const CurvesLayout layout = saved_layout(states.header(), states.read(last));
   CurvesTable table{layout.columns(), {}};
-  for (Index i = 0; i <= last; ++i) {
+  for (Index i = 0; i <= last && !table.columns.empty(); ++i) {
     const micro::Increment state = states.read(i);
-    table.rows.push_back(
-        {state.stage, state.stage_time,
-         layout.values(state.sides.strain, state.sides.force, interleaved(state.bodies.motion, state.bodies.turn),
-                       interleaved(state.bodies.force, state.bodies.moment))});
+    table.rows.push_back({state.stage, state.stage_time, saved_values(layout, state)});
   }
   return table;
 }
@@ -164,12 +162,12 @@ std::string curves_html(std::vector<Curve> curves, bool is_weave, bool are_saved
     figures += curves_figure(shown);
     for (const Curve& curve : shown) {
       add_rows(curve, rows);
-      n_shown += is_of_sides(curve) ? 0 : 1;
+      n_shown += curve.is_of_sides() ? 0 : 1;
     }
   }
   if (rows.rows.empty()) return {};
-  for (const Curve& curve : curves) n_dofs += is_of_sides(curve) ? 0 : 1;
-  return filled("curves", {{"sides", std::any_of(worth.begin(), worth.end(), is_of_sides)},
+  for (const Curve& curve : curves) n_dofs += curve.is_of_sides() ? 0 : 1;
+  return filled("curves", {{"sides", std::any_of(worth.begin(), worth.end(), std::mem_fn(&Curve::is_of_sides))},
                            {"figures", figures},
                            {"table", table(rows)},
                            {"cut", n_shown < n_dofs},

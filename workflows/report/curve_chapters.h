@@ -9,6 +9,10 @@
 
 namespace trame::workflows {
 
+/// What the columns of curves.csv are for saved states up to `last`; nothing for older files, which lack motions.
+[[nodiscard]] CurvesLayout saved_layout(const micro::SnapshotHeader& header, const micro::Increment& last);
+/// The row of a saved state.
+[[nodiscard]] std::vector<double> saved_values(const CurvesLayout& layout, const micro::Increment& state);
 /// The curves of saved states up to `last`, with the columns of curves.csv. None of older files, which lack motions.
 [[nodiscard]] CurvesTable saved_curves(const meso::FiberStates& states, Index last);
 
