@@ -128,7 +128,7 @@ std::string amplitude_text(const Amplitude& amplitude) {
 
 std::string drive_text(const Drive& drive) {
   const bool rotates = drive.dof >= BodyDof::rx;
-  const std::string driven = fmt::format("{} {}", drive.bodies, dof_name(drive.dof));
+  std::string driven = fmt::format("{} {}", drive.bodies, dof_name(drive.dof));
   switch (drive.mode) {
     case DriveMode::displacement: return fmt::format("{} by {:g} {}", driven, drive.value, rotates ? "rad" : "m");
     case DriveMode::force:

@@ -103,7 +103,7 @@ template <class V>
 /// A name with wildcards that fits at least one of `names`.
 [[nodiscard]] inline Kind<std::string> wildcard(const std::string& what, const NameTable& table) {
   const auto read = [what, known = std::make_shared<const NameTable>(table)](const SceneValue& value) {
-    const std::string pattern = value.text();
+    std::string pattern = value.text();
     const std::vector<std::string>& names = known->names();
     if (known->fitting(pattern).empty())
       value.fail(names.empty() ? fmt::format("must fit the name of {}, but the scene has none", what)
