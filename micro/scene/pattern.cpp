@@ -26,11 +26,11 @@ WeavePattern satin_pattern(Index harnesses, Index step) {
   return pattern;
 }
 
-WeavePattern continued(const WeavePattern& repeat, Index n_weft, Index n_warp) {
+WeavePattern continued(const WeavePattern& repeat, Index n_weft, Index n_warp, Index first_weft, Index first_warp) {
   WeavePattern pattern(n_weft, std::vector<bool>(n_warp));
   for (Index i = 0; i < n_weft; ++i) {
-    const std::vector<bool>& row = repeat[i % repeat.size()];
-    for (Index j = 0; j < n_warp; ++j) pattern[i][j] = row[j % row.size()];
+    const std::vector<bool>& row = repeat[(first_weft + i) % repeat.size()];
+    for (Index j = 0; j < n_warp; ++j) pattern[i][j] = row[(first_warp + j) % row.size()];
   }
   return pattern;
 }

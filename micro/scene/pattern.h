@@ -22,7 +22,8 @@ using WeavePattern = std::vector<std::vector<bool>>;
 /// Whether (harnesses, step) is a satin: no common divisor, and 1 < step < harnesses − 1, which would be twills.
 [[nodiscard]] bool is_satin(Index harnesses, Index step);
 
-/// `repeat` continued over n_weft rows and n_warp columns.
-[[nodiscard]] WeavePattern continued(const WeavePattern& repeat, Index n_weft, Index n_warp);
+/// `repeat` continued over n_weft rows and n_warp columns, from row first_weft and column first_warp on.
+[[nodiscard]] WeavePattern continued(const WeavePattern& repeat, Index n_weft, Index n_warp, Index first_weft = 0,
+                                     Index first_warp = 0);
 
 }  // namespace trame::micro

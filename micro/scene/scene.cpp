@@ -380,11 +380,11 @@ class Proportions {
   double smallest_radius_ = std::numeric_limits<double>::infinity(), largest_radius_ = 0, largest_modulus_ = 0;
 };
 
-Scene read_root(const SceneValue& root) {
+Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
   Scene scene;
   read_table(root, scene_keys(), tables, scene);
   read_types(root, scene);
-  if (const auto weave = root.find("weave")) scene.weave = read_weave(*weave, scene);
+  if (const auto weave = root.find("weave")) scene.weave = read_weave(*weave, scene, folder);
   NameTable known(scene.weave ? yarn_names(*scene.weave) : Names());
   read_fibers(root, scene, known);
   read_bundles(root, scene, known);
@@ -456,9 +456,32 @@ void check_control_characters(const std::string& toml, const std::string& origin
                                  1 + std::count(toml.begin(), bad, '\n'), printable(std::string(1, *bad))));
 }
 
+/// Offset of a place that the library gives by line and by character in it, both from 1.
+std::size_t offset_of(const std::string& toml, const toml::source_position& place) {
+  std::size_t at = 0;
+  for (toml::source_index line = 1; line < place.line; ++line) at = std::min(toml.find('\n', at), toml.size() - 1) + 1;
+  for (toml::source_index column = 1; column < place.column && at < toml.size(); ++column)
+    for (++at; at < toml.size() && (toml[at] & 0xC0) == 0x80;) ++at;
+  return at;
+}
+
+/// The text of a scene with its pattern in place of the name of the file that has it.
+std::string with_draft_inside(const std::string& toml, const toml::table& root, const Scene& scene) {
+  const toml::table* weave = root["weave"].as_table();
+  if (!weave) return toml;
+  const auto found = weave->find("pattern_file");
+  if (found == weave->end()) return toml;
+  const Index first_weft = (*weave)["first_weft"].value_or(Index{1}),
+              first_warp = (*weave)["first_warp"].value_or(Index{1});
+  const std::size_t from = offset_of(toml, found->first.source().begin),
+                    to = offset_of(toml, found->second.source().end);
+  return toml.substr(0, from) +
+         picture_instead(*found->second.value<std::string>(), *scene.weave, first_weft, first_warp) + toml.substr(to);
+}
+
 }  // namespace
 
-Scene parse_scene(const std::string& toml, const std::string& origin) {
+Scene parse_scene(const std::string& toml, const std::string& origin, const std::filesystem::path& folder) {
   if (toml.size() > max_scene_bytes)
     throw InputError(fmt::format("{}: {} bytes; a scene has at most {}", origin, toml.size(), max_scene_bytes));
   check_control_characters(toml, origin);
@@ -472,13 +495,13 @@ Scene parse_scene(const std::string& toml, const std::string& origin) {
   const SceneValue root(table, origin);
   Scene scene;
   try {
-    scene = read_root(root);
+    scene = read_root(root, folder);
   } catch (const InputError& error) {
     root.fail_for_noted(error.what());
   }
   root.fail_for_noted();
   scene.name = made_name(std::filesystem::path(origin).stem().string());
-  scene.text = toml;
+  scene.text = with_draft_inside(toml, table, scene);
   return scene;
 }
 
@@ -490,7 +513,8 @@ Scene read_scene(const std::filesystem::path& file) {
   std::string text(max_scene_bytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  return parse_scene(text, file.filename().string());
+  const std::filesystem::path folder = file.parent_path();
+  return parse_scene(text, file.filename().string(), folder.empty() ? "." : folder);
 }
 
 }  // namespace trame::micro

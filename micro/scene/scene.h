@@ -178,8 +178,10 @@ struct Scene {
 /// Reads and checks a scene. Throws InputError that names file, key, value and what is allowed.
 [[nodiscard]] Scene read_scene(const std::filesystem::path& file);
 
-/// The same for TOML text; `origin` stands for the file name in messages.
-[[nodiscard]] Scene parse_scene(const std::string& toml, const std::string& origin);
+/// The same for TOML text; `origin` stands for the file name in messages. Files that the scene names are looked for in
+/// `folder`; without one, none are read. The scene's text has what was read of them in place of their names.
+[[nodiscard]] Scene parse_scene(const std::string& toml, const std::string& origin,
+                                const std::filesystem::path& folder = {});
 
 /// The fiber types that fibers of the scene are of, ascending.
 [[nodiscard]] std::vector<Index> fiber_types_in_use(const Scene& scene);

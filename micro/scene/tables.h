@@ -25,9 +25,11 @@ struct FiberTypeInput {
 /// What [weave] says about the pattern; which keys belong together is checked where it is read.
 struct WeaveInput {
   std::optional<std::string> pattern;
-  std::optional<WeavePattern> matrix;
+  std::optional<WeavePattern> matrix, picture;
+  std::optional<std::string> pattern_file;
   std::vector<Index> repeat = {2, 2};
   Index harnesses = 5, step = 2;
+  Index first_warp = 1, first_weft = 1;
 };
 /// A drive of several dofs of several bodies. The unit of a displacement or force depends on the dof.
 struct DriveInput {

@@ -220,6 +220,19 @@ std::string SceneValue::text() const {
   return text;
 }
 
+std::vector<std::string> SceneValue::lines(std::string_view complaint) const {
+  if (!node_->is_string()) fail(complaint);
+  std::vector<std::string> lines;
+  std::istringstream stream(node_->as_string()->get());
+  for (std::string line; std::getline(stream, line);) {
+    constexpr const char* blank = " \t\r";
+    const auto first = line.find_first_not_of(blank);
+    if (first != line.npos) lines.push_back(line.substr(first, line.find_last_not_of(blank) - first + 1));
+  }
+  if (lines.empty()) fail(complaint);
+  return lines;
+}
+
 std::string SceneValue::name() const {
   const std::string name = text();
   if (name.find_first_of("*?") != name.npos) fail("must be a name without the wildcards * and ?");

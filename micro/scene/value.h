@@ -83,6 +83,8 @@ class SceneValue {
   [[nodiscard]] Index integer(const Range& range) const;
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;  ///< not empty, one line, no control characters
+  /// Lines of a text of several, without blanks around them and without empty ones; at least one.
+  [[nodiscard]] std::vector<std::string> lines(std::string_view complaint) const;
   [[nodiscard]] std::string name() const;  ///< a text without wildcards, at most max_name_bytes long
   /// Its own name in the table that holds it, where that is a name for people: [material.NAME].
   [[nodiscard]] std::string table_name() const;

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <sstream>
 
+#include "micro/core/error.h"
+#include "micro/scene/draft.h"
 #include "micro/scene/pattern.h"
 #include "micro/scene/tables.h"
 
@@ -14,6 +17,7 @@ namespace {
 constexpr const char* floats_allowed =
     "an even number of floats of 1 to 1000 with slashes between them, such as \"2/2\" or \"3/1/1/1\"";
 constexpr const char* matrix_allowed = "rows of equal length of 0 and 1, such as [[1, 0], [0, 1]]";
+constexpr const char* picture_allowed = "rows of equal length of X and dots, such as [\"X.\", \".X\"]";
 
 std::vector<Index> read_floats(const SceneValue& value) {
   constexpr Index longest = 1000;
@@ -43,9 +47,29 @@ WeavePattern read_matrix(const SceneValue& value) {
   return pattern;
 }
 
+WeavePattern read_picture(const SceneValue& value) {
+  const std::string allowed = fmt::format("must be {}", picture_allowed);
+  std::vector<std::pair<SceneValue, std::string>> rows;
+  if (value.is_list()) {
+    for (const SceneValue& row : value.items(picture_allowed)) rows.emplace_back(row, row.text());
+  } else {
+    for (const std::string& line : value.lines(allowed)) rows.emplace_back(value, line);
+  }
+  WeavePattern pattern;
+  for (const auto& [row_value, row] : rows) {
+    if (row.find_first_not_of("Xx.") != row.npos || row.size() != rows.front().second.size()) row_value.fail(allowed);
+    std::vector<bool>& above = pattern.emplace_back();
+    for (const char c : row) above.push_back(c != '.');
+  }
+  return pattern;
+}
+
 /// Fails for keys that the pattern has no use for.
 void check_pattern_keys(const SceneValue& table, const WeaveInput& input) {
-  if (input.pattern.has_value() == input.matrix.has_value()) table.fail("must have either \"pattern\" or \"matrix\"");
+  if (input.pattern.has_value() + input.matrix.has_value() + input.picture.has_value() +
+          input.pattern_file.has_value() !=
+      1)
+    table.fail("must have exactly one of \"pattern\", \"matrix\", \"picture\" and \"pattern_file\"");
   const auto only_for = [&](const char* pattern, const char* key) {
     if (const auto value = table.find(key); value && input.pattern != pattern)
       value->fail(fmt::format("has no effect, because pattern is not \"{}\"", pattern));
@@ -58,6 +82,7 @@ void check_pattern_keys(const SceneValue& table, const WeaveInput& input) {
 WeavePattern make_pattern(const SceneValue& table, const WeaveInput& input) {
   check_pattern_keys(table, input);
   if (input.matrix) return *input.matrix;
+  if (input.picture) return *input.picture;
   if (input.pattern == "plain") return twill_pattern({1, 1});
   if (input.pattern == "twill") return twill_pattern(input.repeat);
   if (!is_satin(input.harnesses, input.step)) {
@@ -67,6 +92,20 @@ WeavePattern make_pattern(const SceneValue& table, const WeaveInput& input) {
                           input.harnesses, input.harnesses - 2));
   }
   return satin_pattern(input.harnesses, input.step);
+}
+
+/// The pattern of a draft, for the yarns of the patch.
+WeavePattern read_draft_of(const SceneValue& table, const WeaveInput& input, const std::filesystem::path& folder,
+                           Index n_weft, Index n_warp) {
+  check_pattern_keys(table, input);
+  const SceneValue value = *table.find("pattern_file");
+  if (folder.empty()) value.fail("needs a scene that is a file, in whose folder it can be looked for");
+  try {
+    return pattern_of(read_draft(folder / *input.pattern_file), input.first_weft - 1, input.first_warp - 1, n_weft,
+                      n_warp);
+  } catch (const InputError& error) {
+    value.fail(error.what());
+  }
 }
 
 YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& scene) {
@@ -96,13 +135,31 @@ Kind<std::vector<Index>> twill_floats() {
 
 Kind<WeavePattern> pattern_matrix() { return {matrix_allowed, read_matrix, {}}; }
 
-Weave read_weave(const SceneValue& table, const Scene& scene) {
+Kind<WeavePattern> pattern_picture() {
+  return {fmt::format("{}, or one text with a row a line", picture_allowed), read_picture, {}};
+}
+
+std::string picture_instead(const std::string& pattern_file, const Weave& weave, Index first_weft, Index first_warp) {
+  const std::size_t n_weft = weave.warp_above.size(), n_warp = weave.warp_above.front().size();
+  std::vector<std::string> rows(n_weft, std::string(n_warp, '.'));
+  for (std::size_t i = 0; i < n_weft; ++i)
+    for (std::size_t j = 0; j < n_warp; ++j)
+      if (weave.warp_above[i][j])
+        rows[(i + static_cast<std::size_t>(first_weft) - 1) % n_weft]
+            [(j + static_cast<std::size_t>(first_warp) - 1) % n_warp] = 'X';
+  return fmt::format("picture = [ # {}\n  \"{}\"]", pattern_file, fmt::join(rows, "\",\n  \""));
+}
+
+Weave read_weave(const SceneValue& table, const Scene& scene, const std::filesystem::path& folder) {
   WeaveInput input;
   read_table(table, weave_keys(), {"warp", "weft"}, input);
   Weave weave;
   weave.warp = read_yarns(table, "warp", scene);
   weave.weft = read_yarns(table, "weft", scene);
-  weave.warp_above = continued(make_pattern(table, input), weave.weft.n_yarns, weave.warp.n_yarns);
+  const Index n_weft = weave.weft.n_yarns, n_warp = weave.warp.n_yarns;
+  weave.warp_above = input.pattern_file ? read_draft_of(table, input, folder, n_weft, n_warp)
+                                        : continued(make_pattern(table, input), n_weft, n_warp, input.first_weft - 1,
+                                                    input.first_warp - 1);
   return weave;
 }
 

@@ -2,6 +2,8 @@
 /// \file
 /// Part of reading a scene: its weave.
 
+#include <filesystem>
+
 #include "micro/scene/keys.h"
 #include "micro/scene/pattern.h"
 #include "micro/scene/scene.h"
@@ -14,8 +16,16 @@ namespace trame::micro {
 /// Rows of 0 and 1.
 [[nodiscard]] Kind<WeavePattern> pattern_matrix();
 
-/// Reads [weave]. Needs the fiber types of `scene`.
-[[nodiscard]] Weave read_weave(const SceneValue& table, const Scene& scene);
+/// Rows of X and dots, as a list or as lines of one text.
+[[nodiscard]] Kind<WeavePattern> pattern_picture();
+
+/// Reads [weave]. Needs the fiber types of `scene`. `folder` is that of the scene's file; empty where there is none.
+[[nodiscard]] Weave read_weave(const SceneValue& table, const Scene& scene, const std::filesystem::path& folder);
+
+/// What can stand in a scene instead of pattern_file, so that the scene's text says all: `picture`, of the size of the
+/// patch, turned so that `first_weft` and `first_warp`, counted from 1, are yarns 1 of `weave`.
+[[nodiscard]] std::string picture_instead(const std::string& pattern_file, const Weave& weave, Index first_weft,
+                                          Index first_warp);
 
 /// Names of a weave's yarns: warp/1 … then weft/1 …
 [[nodiscard]] std::vector<std::string> yarn_names(const Weave& weave);
