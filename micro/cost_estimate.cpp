@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "micro/model.h"
 #include "micro/solve/elimination.h"
@@ -214,7 +215,10 @@ class StageCost {
 
 }  // namespace
 
-CostEstimate estimate_cost(const Scene& scene) {
+namespace {
+
+/// The estimate of a scene as it is.
+CostEstimate cost_of(const Scene& scene) {
   const Scene natural = nondimensional(scene, natural_scales(scene));
   const Assembly assembly = assemble_scene(natural);
   const StageStart start = start_of(assembly);
@@ -243,6 +247,76 @@ CostEstimate estimate_cost(const Scene& scene) {
   for (int i = 0; i < n_priced_effects; ++i)
     if (present[i]) total.effects.push_back(costs[i]);
   return total;
+}
+
+double n_fibers(const Scene& scene) {
+  double n = static_cast<double>(scene.fibers.size());
+  for (const BundleSpec& bundle : scene.bundles) n += bundle.n_fibers;
+  if (scene.weave) n += static_cast<double>(scene.weave->warp.n_fibers() + scene.weave->weft.n_fibers());
+  return n;
+}
+
+/// Pairs of fibers that cross in a weave: each is an element of the crossing order, and in the end many are contacts.
+double n_crossing_pairs(const Scene& scene) {
+  return scene.weave
+             ? static_cast<double>(scene.weave->warp.n_fibers()) * static_cast<double>(scene.weave->weft.n_fibers())
+             : 0;
+}
+
+/// The scene with a share of the fibers of each yarn and bundle, in as many layers as keep the section's shape.
+Scene thinned(Scene scene, double share) {
+  const auto thin = [&](Index& n, Index& n_layers) {
+    n = std::max<Index>(1, static_cast<Index>(std::lround(share * n)));
+    if (n_layers > 0) n_layers = std::clamp<Index>(static_cast<Index>(std::lround(std::sqrt(share) * n_layers)), 1, n);
+  };
+  for (BundleSpec& bundle : scene.bundles) thin(bundle.n_fibers, bundle.n_layers);
+  if (scene.weave)
+    for (YarnSystem* yarns : {&scene.weave->warp, &scene.weave->weft})
+      for (YarnKind& kind : yarns->kinds) {
+        thin(kind.n_fibers, kind.n_layers);
+        kind.volume_fraction = 0;  // a random lay of few fibers may not be
+      }
+  return scene;
+}
+
+/// What costs `small` for n_small fibers and `large` for n_large, for n by a power law.
+double extrapolated(double small, double n_small, double large, double n_large, double n) {
+  if (!(small > 0) || !(large > 0)) return large;
+  return large * std::pow(n / n_large, std::clamp(std::log(large / small) / std::log(n_large / n_small), 0.0, 3.0));
+}
+
+}  // namespace
+
+CostEstimate estimate_cost(const Scene& scene) {
+  constexpr double most_pairs = 2e5, most_fibers = 3000;  // what is looked at within seconds
+  const double n = n_fibers(scene), excess = std::max(std::sqrt(n_crossing_pairs(scene) / most_pairs), n / most_fibers);
+  if (excess <= 1) return cost_of(scene);
+  const Scene large_scene = thinned(scene, 0.5 / excess), small_scene = thinned(scene, 0.25 / excess);
+  const double n_large = n_fibers(large_scene), n_small = n_fibers(small_scene);
+  if (n_small >= n_large) return cost_of(scene);  // single fibers, which cannot be thinned
+  CostEstimate cost = cost_of(large_scene);
+  const CostEstimate small = cost_of(small_scene);
+  const auto of_effects = [](const CostEstimate& c) {
+    double seconds = 0;
+    for (const EffectCost& effect : c.effects) seconds += effect.seconds;
+    return seconds;
+  };
+  const double files =
+      extrapolated(small.seconds - of_effects(small), n_small, cost.seconds - of_effects(cost), n_large, n);
+  cost.extrapolated = true;
+  cost.bytes = extrapolated(small.bytes, n_small, cost.bytes, n_large, n);
+  for (EffectCost& effect : cost.effects) {
+    const auto same = std::find_if(small.effects.begin(), small.effects.end(),
+                                   [&](const EffectCost& e) { return e.effect == effect.effect; });
+    if (same == small.effects.end()) continue;
+    effect.seconds = extrapolated(same->seconds, n_small, effect.seconds, n_large, n);
+    effect.bytes = extrapolated(same->bytes, n_small, effect.bytes, n_large, n);
+    effect.n_dofs = std::llround(
+        extrapolated(static_cast<double>(same->n_dofs), n_small, static_cast<double>(effect.n_dofs), n_large, n));
+    cost.bytes = std::max(cost.bytes, effect.bytes);
+  }
+  cost.seconds = of_effects(cost) + files;
+  return cost;
 }
 
 }  // namespace trame::micro

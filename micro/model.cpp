@@ -37,6 +37,7 @@ Scene nondimensional(const Scene& scene, const Scales& scales) {
     for (YarnSystem* y : {&s.weave->warp, &s.weave->weft}) {
       y->yarn_spacing /= length;
       y->margin /= length;
+      for (YarnKind& kind : y->kinds) kind.twist *= length;
     }
   for (BodySpec& b : s.bodies) b.position /= length;
   for (Stage& stage : s.stages)

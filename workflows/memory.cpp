@@ -61,7 +61,7 @@ std::vector<Part> parts_of(const micro::Scene& scene) {
     add(fmt::format("bundle[{}].fibers and elements", i + 1), scene.bundles[i].n_fibers, scene.bundles[i].n_elements);
   if (scene.weave)
     for (const auto& [name, yarns] : {std::pair{"weave.warp", &scene.weave->warp}, {"weave.weft", &scene.weave->weft}})
-      add(fmt::format("{}.yarns, fibers and elements", name), double(yarns->n_yarns) * yarns->n_fibers,
+      add(fmt::format("{}.yarns, fibers and elements", name), static_cast<double>(yarns->n_fibers()),
           yarns->n_elements);
   return parts;
 }

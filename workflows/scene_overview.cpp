@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "micro/weave/overlaps.h"
 #include "workflows/terminal.h"
 
 namespace trame::workflows {
@@ -140,8 +141,11 @@ std::string drive_text(const Drive& drive) {
 }
 
 std::string stage_text(const Stage& stage, std::int64_t n_dofs, bool may_have_friction) {
-  std::string text = fmt::format("  {}: {} increments, {} dofs{}\n", stage.name, stage.n_increments, n_dofs,
+  std::string text = fmt::format("  {}: {} increments, {} dofs{}", stage.name, stage.n_increments, n_dofs,
                                  may_have_friction && !stage.friction ? ", no friction" : "");
+  if (stage.fiber_model) text += fmt::format(", {}", model_effect(*stage.fiber_model));
+  if (stage.proximal_start > 0) text += fmt::format(", damping {:g} to {:g}", stage.proximal_start, stage.proximal_end);
+  text += "\n";
   for (const Drive& drive : stage.drives)
     text += fmt::format("    {}{}\n", drive_text(drive), amplitude_text(drive.amplitude));
   return text;
@@ -170,8 +174,9 @@ std::vector<CalledEffect> called_effects(const Scene& scene) {
 }
 
 std::string size_text(const ModelSize& size, const CostEstimate& cost) {
-  return fmt::format("{} fibers, {} nodes, {} dofs, {} bodies; about {} and {}", size.n_fibers, size.n_nodes,
-                     size.n_dofs, size.n_bodies, duration_text(cost.seconds), bytes_text(cost.bytes));
+  return fmt::format("{} fibers, {} nodes, {} dofs, {} bodies; about {} and {}{}", size.n_fibers, size.n_nodes,
+                     size.n_dofs, size.n_bodies, duration_text(cost.seconds), bytes_text(cost.bytes),
+                     cost.extrapolated ? ", extrapolated from fewer fibers" : "");
 }
 
 std::string scene_overview(const Scene& scene, const ModelSize& size, const CostEstimate& cost) {
@@ -186,6 +191,19 @@ std::string scene_overview(const Scene& scene, const ModelSize& size, const Cost
     text += stage_text(scene.stages[i], i < size.n_dofs_per_stage.size() ? size.n_dofs_per_stage[i] : size.n_dofs,
                        scene.contact.scope != ContactScope::none && scene.contact.friction);
   return text;
+}
+
+std::string start_warning(const Scene& scene) {
+  const Assembly assembly = assemble_scene(scene);
+  const std::optional<Overlap> overlap = deepest_overlap(assembly);
+  if (!overlap) return "";
+  const auto name = [&](Index fiber) { return assembly.mesh.yarns[assembly.mesh.yarn_of_fiber[fiber]].name; };
+  return fmt::format(
+      "\"{}\" and \"{}\" lie in each other at the start, by {:.3g} m at ({:.4g}, {:.4g}, {:.4g}) m, {:.2g} of the "
+      "thinner fiber's radius: contact will throw them apart",
+      name(overlap->fiber_a), name(overlap->fiber_b), overlap->depth, overlap->place[0], overlap->place[1],
+      overlap->place[2],
+      overlap->depth / std::min(assembly.mesh.radius[overlap->fiber_a], assembly.mesh.radius[overlap->fiber_b]));
 }
 
 }  // namespace trame::workflows

@@ -25,4 +25,8 @@ struct CalledEffect {
 [[nodiscard]] std::string scene_overview(const micro::Scene& scene, const micro::ModelSize& size,
                                          const micro::CostEstimate& cost);
 
+/// What of the start may not be what was meant, a sentence: fibers that lie in each other. Empty where there is
+/// nothing.
+[[nodiscard]] std::string start_warning(const micro::Scene& scene);
+
 }  // namespace trame::workflows

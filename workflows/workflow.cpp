@@ -288,6 +288,8 @@ int run_command_line(const Program& program, int argc, char** argv) {
   terminal.line(fmt::format("{}: {}", scene.name, scene.title));
   const micro::CostEstimate cost = micro::estimate_cost(what_is_left(scene, beginning.at));
   terminal.line(options->check ? scene_overview(scene, size, cost) : size_text(size, cost));
+  if (const std::string warning = start_warning(scene); !warning.empty() && beginning.run.start_from.empty())
+    terminal.line(fmt::format("Warning: {}.", printable(warning)));
   tell_beginning(terminal, scene, beginning);
   if (!options->accuracy.empty()) terminal.line(accuracy_text(*task.profile, *task.known_run));
   if (options->check) return exit_done;

@@ -44,6 +44,12 @@ ut_system* unit_system() {
 
 Unit parse_unit(const std::string& text) { return {ut_parse(unit_system(), text.c_str(), UT_UTF8), ut_free}; }
 
+/// "per cm" and "/cm" as UDUNITS has them.
+std::string with_numerator(const std::string& unit) {
+  if (unit.starts_with("per ")) return "1/" + unit.substr(4);
+  return unit.starts_with("/") ? "1" + unit : unit;
+}
+
 /// Whether the definition in base units holds a radian, which UDUNITS takes for a plain 1.
 bool is_angular(const ut_unit* unit) {
   char text[256];
@@ -124,7 +130,7 @@ double parse_quantity(std::string_view text, std::string_view si_unit) {
   if (unit_text.empty()) throw InputError("the unit is missing");
   const Unit expected = parse_unit(std::string(si_unit));
   assert(expected && "si_unit must be known to UDUNITS");
-  const Unit unit = has_number(unit_text) ? Unit(nullptr, ut_free) : parse_unit(unit_text);
+  const Unit unit = has_number(unit_text) ? Unit(nullptr, ut_free) : parse_unit(with_numerator(unit_text));
   if (!unit) throw InputError(fmt::format("\"{}\" is not a unit", unit_text));
   if (!are_multiples(unit.get(), expected.get()))
     throw InputError(fmt::format("\"{}\" does not convert to {}", unit_text, si_unit));

@@ -15,6 +15,7 @@ struct Material {
   double shear_modulus_axial = 0;       ///< G_LT, Pa (= E/2(1+ν) when isotropic)
   double poisson_ratio_axial = 0;       ///< ν_LT, −1 < ν < 0.5
   double poisson_ratio_transverse = 0;  ///< ν_TT
+  double density = 0;                   ///< kg/m³; 0: not known
 
   bool operator==(const Material&) const = default;
 };

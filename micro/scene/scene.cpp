@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <numbers>
 #include <set>
 #include <string_view>
 
@@ -23,8 +24,8 @@ namespace {
 /// More is no scene, and reading it would take hundreds of times as much memory.
 constexpr std::size_t max_scene_bytes = 16'000'000;
 
-const Names tables = {"material", "fiber_type", "fiber",   "bundle", "weave", "body",
-                      "stage",    "effects",    "contact", "solver", "test"};
+const Names tables = {"material", "fiber_type", "yarn",    "fiber",   "bundle", "weave",
+                      "body",     "stage",      "effects", "contact", "solver", "test"};
 
 /// The compliance of a transversely isotropic material is positive definite.
 void check_stability(const SceneValue& table, const Material& m) {
@@ -47,21 +48,13 @@ Material read_material(const SceneValue& table) {
     IsotropicInput isotropic;
     read_table(table, isotropic_keys(), {"model"}, isotropic);
     const double e = isotropic.young_modulus, nu = isotropic.poisson_ratio;
-    material = {"", e, e, e / (2 * (1 + nu)), nu, nu};
+    material = {"", e, e, e / (2 * (1 + nu)), nu, nu, isotropic.density};
   } else {
     read_table(table, transversely_isotropic_keys(), {"model"}, material);
     check_stability(table, material);
   }
   material.name = table.table_name();
   return material;
-}
-
-FiberType read_fiber_type(const SceneValue& table, const std::vector<Key<FiberTypeInput>>& keys) {
-  FiberTypeInput input;
-  read_table(table, keys, {}, input);
-  input.type.name = table.table_name();
-  input.type.radius = input.diameter / 2;
-  return input.type;
 }
 
 template <class T>
@@ -71,12 +64,34 @@ NameTable names_of(const std::vector<T>& things) {
   return names;
 }
 
+FiberType read_fiber_type(const SceneValue& table, const std::vector<Key<FiberTypeInput>>& keys,
+                          const std::vector<Material>& materials) {
+  FiberTypeInput input;
+  read_table(table, keys, {}, input);
+  FiberType& type = input.type;
+  type.name = table.table_name();
+  if (input.diameter.has_value() == input.linear_density.has_value())
+    table.fail("must have either \"diameter\" or \"linear_density\"");
+  if (input.diameter) {
+    type.radius = *input.diameter / 2;
+    return type;
+  }
+  const SceneValue value = *table.find("linear_density");
+  const Material& material = materials[type.material];
+  if (material.density == 0) value.fail(fmt::format("needs the density of material.{}", material.name));
+  type.radius = std::sqrt(*input.linear_density / material.density / std::numbers::pi);
+  if (2 * type.radius < length.smallest)
+    value.fail(fmt::format("a diameter of {:g} m; must be at least {:g} m", 2 * type.radius, length.smallest));
+  return type;
+}
+
 void read_types(const SceneValue& root, Scene& scene) {
   if (const auto materials = root.find("material"))
     for (const SceneValue& table : materials->children()) scene.materials.push_back(read_material(table));
   const auto keys = fiber_type_keys(names_of(scene.materials));
   if (const auto types = root.find("fiber_type"))
-    for (const SceneValue& table : types->children()) scene.fiber_types.push_back(read_fiber_type(table, keys));
+    for (const SceneValue& table : types->children())
+      scene.fiber_types.push_back(read_fiber_type(table, keys, scene.materials));
 }
 
 void check_points(const SceneValue& table, const std::vector<Vec3>& points) {
@@ -196,7 +211,8 @@ void check_size(const SceneValue& root, const Scene& scene) {
     n_nodes += n;
     if (n <= n_largest) return;
     n_largest = n;
-    largest = table.find(n_fibers > n_elements ? "fibers" : "elements");
+    const auto own = table.find(n_fibers > n_elements ? "fibers" : "elements");
+    largest = own ? *own : table;  // a yarn system may leave both to the program
   };
   const auto tables_of = [&](const char* list) {
     const auto table = root.find(list);
@@ -208,8 +224,7 @@ void check_size(const SceneValue& root, const Scene& scene) {
     add(bundles[i], scene.bundles[i].n_fibers, scene.bundles[i].n_elements);
   if (scene.weave)
     for (const auto& [family, system] : {std::pair{"warp", &scene.weave->warp}, {"weft", &scene.weave->weft}})
-      add(*root.find("weave")->find(family), static_cast<double>(system->n_yarns) * system->n_fibers,
-          system->n_elements);
+      add(*root.find("weave")->find(family), static_cast<double>(system->n_fibers()), system->n_elements);
   if (!largest) root.fail("must have at least one [[fiber]], [[bundle]] or a [weave]");
   if (n_nodes > most_nodes)
     largest->fail(fmt::format("makes {:.3g} of {:.3g} nodes; the scene must have at most {:.0f}", n_largest, n_nodes,
@@ -233,7 +248,8 @@ std::vector<FiberKind> fiber_kinds(const Scene& scene) {
   for (const BundleSpec& bundle : scene.bundles) add(bundle.type, bundle.points);
   if (!scene.weave) return kinds;
   const auto add_yarns = [&](const YarnSystem& yarns, const YarnSystem& across) {
-    kinds.push_back({yarns.type, (across.n_yarns - 1) * across.yarn_spacing + 2 * yarns.margin});
+    for (const YarnKind& kind : yarns.kinds)
+      kinds.push_back({kind.type, (across.n_yarns - 1) * across.yarn_spacing + 2 * yarns.margin});
   };
   add_yarns(scene.weave->warp, scene.weave->weft);
   add_yarns(scene.weave->weft, scene.weave->warp);
@@ -285,7 +301,9 @@ void check_stiffness(const SceneValue& root, const Scene& scene) {
   // Whichever has the largest share.
   const double by_modulus = hard->modulus - soft->modulus, by_radius = 2 * (hard->radius - soft->radius);
   const auto diameter = [&](Index type) {
-    return *root.find("fiber_type")->find(scene.fiber_types[type].name)->find("diameter");
+    const SceneValue table = *root.find("fiber_type")->find(scene.fiber_types[type].name);
+    const auto own = table.find("diameter");
+    return own ? *own : *table.find("linear_density");
   };
   if (by_modulus >= std::max(by_radius, ratio - by_modulus - by_radius))
     largest_modulus(root, scene.materials[scene.fiber_types[hard->type].material])
@@ -319,8 +337,10 @@ class Proportions {
         for (const SceneValue& table : tables->tables()) check_line(table);
     if (const auto weave = root_.find("weave"))
       for (const char* family : {"warp", "weft"})
-        for (const char* key : {"yarn_spacing", "margin"})
-          check_length(*weave->find(family)->find(key), weave->find(family)->find(key)->quantity(length, any()));
+        for (const char* key : {"yarn_spacing", "margin", "sett"})
+          if (const auto value = weave->find(family)->find(key))
+            check_length(*value, value->own_name() == "sett" ? 1 / value->quantity(per_length, any())
+                                                             : value->quantity(length, any()));
     if (const auto bodies = root_.find("body"))
       for (const SceneValue& table : bodies->tables())
         if (const auto position = table.find("position")) check_length(*position, largest(position->vector(length)));
@@ -384,7 +404,8 @@ Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
   Scene scene;
   read_table(root, scene_keys(), tables, scene);
   read_types(root, scene);
-  if (const auto weave = root.find("weave")) scene.weave = read_weave(*weave, scene, folder);
+  const std::vector<YarnKind> yarn_kinds = read_yarn_kinds(root, scene);
+  if (const auto weave = root.find("weave")) scene.weave = read_weave(*weave, scene, yarn_kinds, folder);
   NameTable known(scene.weave ? yarn_names(*scene.weave) : Names());
   read_fibers(root, scene, known);
   read_bundles(root, scene, known);
@@ -406,7 +427,9 @@ Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
 
 std::vector<Index> fiber_types_in_use(const Scene& scene) {
   std::set<Index> types;
-  if (scene.weave) types = {scene.weave->warp.type, scene.weave->weft.type};
+  if (scene.weave)
+    for (const YarnSystem* yarns : {&scene.weave->warp, &scene.weave->weft})
+      for (const YarnKind& kind : yarns->kinds) types.insert(kind.type);
   for (const FiberSpec& fiber : scene.fibers) types.insert(fiber.type);
   for (const BundleSpec& bundle : scene.bundles) types.insert(bundle.type);
   return {types.begin(), types.end()};

@@ -49,16 +49,37 @@ struct BundleSpec {
   bool operator==(const BundleSpec&) const = default;
 };
 
+/// What a yarn is made of: parallel fibers, or with twist helices about its axis, free of stress.
+struct YarnKind {
+  std::string name = {};  ///< of [yarn.NAME]; empty for one that a system spells out
+  Index type = 0;         ///< index into Scene::fiber_types
+  Index n_fibers = 0;
+  Index n_layers = 0;             ///< fibers stacked through the height; 0: as round as it gets
+  double lattice_spacing = 1.05;  ///< centre distance of fibers in the flat yarn, in fiber diameters, ≥ 1
+  double twist = 0;               ///< turns per length, positive for Z, negative for S, 1/m
+  double volume_fraction = 0;     ///< of fibers laid at random in the yarn's outline; 0: laid on a hexagonal lattice
+  Index seed = 1;                 ///< of the random lay
+
+  bool operator==(const YarnKind&) const = default;
+};
+
 /// The warp or the weft yarns of a weave.
 struct YarnSystem {
-  Index type = 0;  ///< index into Scene::fiber_types
+  std::vector<YarnKind> kinds;
+  std::vector<Index> order = {0};  ///< of the kinds, yarn by yarn, repeated
   Index n_yarns = 0;
-  Index n_fibers = 0;             ///< per yarn
-  Index n_layers = 0;             ///< fibers of a yarn stacked through its height; 0: as round as it gets
-  Index n_elements = 0;           ///< per fiber
-  double yarn_spacing = 0;        ///< distance between neighbouring yarns (1/sett), m
-  double margin = 0;              ///< yarn length beyond the outermost crossing yarn's axis, m
-  double lattice_spacing = 1.05;  ///< centre distance of fibers in the flat yarn, in fiber diameters, ≥ 1
+  Index n_elements = 0;     ///< per fiber
+  double yarn_spacing = 0;  ///< distance between neighbouring yarns (1/sett), m
+  double margin = 0;        ///< yarn length beyond the outermost crossing yarn's axis, m
+
+  [[nodiscard]] const YarnKind& kind_of(Index yarn) const {
+    return kinds[order[static_cast<std::size_t>(yarn) % order.size()]];
+  }
+  [[nodiscard]] std::int64_t n_fibers() const {  ///< of all yarns
+    std::int64_t n = 0;
+    for (Index yarn = 0; yarn < n_yarns; ++yarn) n += kind_of(yarn).n_fibers;
+    return n;
+  }
 
   bool operator==(const YarnSystem&) const = default;
 };

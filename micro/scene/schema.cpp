@@ -35,7 +35,8 @@ std::string scene_schema() {
   describe(text, "[[fiber]]", fiber_keys({}));
   describe(text, "[[bundle]]", bundle_keys({}));
   describe(text, "[weave]", weave_keys());
-  describe(text, "[weave.warp] and [weave.weft]", yarn_keys({}));
+  describe(text, "[weave.warp] and [weave.weft]", yarn_system_keys({}));
+  describe(text, "[yarn.NAME]", yarn_kind_keys({}));
   describe(text, "[[body]]", body_keys());
   describe(text, "[[body.tie]]", tie_keys({}));
   describe(text, "[[stage]]", stage_keys());

@@ -16,6 +16,13 @@ Kind<FiberModel> fiber_model() {
 
 Kind<std::vector<Vec3>> points() { return list(vector(length)); }
 
+template <class T>
+Key<T> density_key() {
+  return key<T>("density", &T::density, quantity(mass_density, above(0)),
+                "mass per volume: what linear densities need, and the weight of a fabric")
+      .otherwise("default: not known");
+}
+
 }  // namespace
 
 std::vector<Key<Scene>> scene_keys() {
@@ -32,7 +39,7 @@ std::vector<Key<MaterialInput>> material_keys() {
 std::vector<Key<IsotropicInput>> isotropic_keys() {
   using T = IsotropicInput;
   return {key<T>("young_modulus", &T::young_modulus, quantity(pressure, above(0)), "E").needed(),
-          key<T>("poisson_ratio", &T::poisson_ratio, number(inside(-1, 0.5)), "ν").needed()};
+          key<T>("poisson_ratio", &T::poisson_ratio, number(inside(-1, 0.5)), "ν").needed(), density_key<T>()};
 }
 
 std::vector<Key<Material>> transversely_isotropic_keys() {
@@ -46,7 +53,8 @@ std::vector<Key<Material>> transversely_isotropic_keys() {
               .needed(),
           key<T>("poisson_ratio_transverse", &T::poisson_ratio_transverse, number(inside(-1, 1)),
                  "ν_TT, within the section; ν_TT + 2 ν_LT² E_T/E_L must be less than 1")
-              .needed()};
+              .needed(),
+          density_key<T>()};
 }
 
 std::vector<Key<FiberTypeInput>> fiber_type_keys(const NameTable& materials) {
@@ -55,7 +63,11 @@ std::vector<Key<FiberTypeInput>> fiber_type_keys(const NameTable& materials) {
               "material", [](auto& t) -> auto& { return t.type.material; }, reference("a material", materials),
               "[material.NAME]")
               .needed(),
-          key<T>("diameter", &T::diameter, quantity(length, above(0)), "of the circular section").needed(),
+          key<T>("diameter", &T::diameter, quantity(length, above(0)), "of the circular section")
+              .otherwise("this or linear_density"),
+          key<T>("linear_density", &T::linear_density, quantity(linear_density, above(0)),
+                 "of a fiber; with the density of its material it makes the diameter")
+              .otherwise("this or diameter"),
           key<T>(
               "model", [](auto& t) -> auto& { return t.type.model; }, fiber_model(),
               "9-dof beam with deformable section, or rod that stretches and bends")};
@@ -112,23 +124,58 @@ std::vector<Key<WeaveInput>> weave_keys() {
              "of a satin: from one interlacing to the next; at most harnesses - 2, without a common divisor")};
 }
 
-std::vector<Key<YarnSystem>> yarn_keys(const NameTable& fiber_types) {
-  using T = YarnSystem;
-  return {
-      key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]").needed(),
+namespace {
+
+/// Keys of a kind of yarn, also where a yarn system spells its only kind out.
+template <class T>
+std::vector<Key<T>> kind_keys(const NameTable& fiber_types) {
+  const auto lay = choice<Lay>({{"hexagonal", Lay::hexagonal}, {"random", Lay::random}});
+  const auto direction = choice<TwistDirection>({{"S", TwistDirection::s}, {"Z", TwistDirection::z}});
+  return {key<T>("fiber_type", &T::type, reference("a fiber type", fiber_types), "[fiber_type.NAME]")
+              .otherwise("required, but for a system with an order"),
+          key<T>("fibers", &T::n_fibers, integer(between(1, most_fibers)), "fibers in a yarn")
+              .otherwise("this or linear_density"),
+          key<T>("linear_density", &T::linear_density, quantity(linear_density, above(0)),
+                 "of a yarn; with that of its fibers it makes their number")
+              .otherwise("this or fibers"),
+          key<T>("layers", &T::n_layers, integer(between(1, most_fibers)),
+                 "fibers stacked through the flat yarn's height, at most all")
+              .otherwise("default: as round as it gets"),
+          key<T>("lay", &T::lay, lay, "where fibers stand in the section"),
+          key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)),
+                 "distance of fiber axes, in diameters; hexagonal lay"),
+          key<T>("volume_fraction", &T::volume_fraction, number(between(0.05, 0.8)),
+                 "share of the yarn's outline that fibers fill; random lay")
+              .otherwise("required for random lay"),
+          key<T>("seed", &T::seed, integer(at_least(0)), "of random lay; each yarn has a lay of its own"),
+          key<T>("twist", &T::twist, quantity(per_length, at_least(0)), "turns per length, free of stress"),
+          key<T>("twist_direction", &T::twist_direction, direction, "as the diagonal of the letter runs on the yarn")
+              .otherwise("required with twist")};
+}
+
+}  // namespace
+
+std::vector<Key<YarnKindInput>> yarn_kind_keys(const NameTable& fiber_types) {
+  return kind_keys<YarnKindInput>(fiber_types);
+}
+
+std::vector<Key<YarnSystemInput>> yarn_system_keys(const NameTable& fiber_types) {
+  using T = YarnSystemInput;
+  std::vector<Key<T>> keys = {
       key<T>("yarns", &T::n_yarns, integer(between(1, most_yarns)), "number of yarns").needed(),
-      key<T>("fibers", &T::n_fibers, integer(between(1, most_fibers)), "fibers in each yarn").needed(),
-      key<T>("layers", &T::n_layers, integer(between(1, most_fibers)),
-             "fibers stacked through the flat yarn's height, at most all")
-          .otherwise("default: as round as it gets"),
-      key<T>("elements", &T::n_elements, integer(between(1, most_elements)), "3-node elements along each fiber")
-          .needed(),
+      key<T>("order", &T::order, free_text(),
+             "names of [yarn.NAME] with blanks between them, yarn by yarn and repeated, such as \"A A B\"")
+          .otherwise("this, or the keys of one kind of yarn"),
+      key<T>("sett", &T::sett, quantity(per_length, above(0)), "yarns per length").otherwise("this or yarn_spacing"),
       key<T>("yarn_spacing", &T::yarn_spacing, quantity(length, above(0)),
-             "distance of neighbouring yarn axes (1/sett); at least the width of a yarn")
-          .needed(),
+             "distance of neighbouring yarn axes (1/sett); neighbours must not overlap")
+          .otherwise("this or sett"),
       key<T>("margin", &T::margin, quantity(length, above(0)), "yarn length beyond the outermost crossing yarn's axis")
-          .needed(),
-      key<T>("lattice_spacing", &T::lattice_spacing, number(between(1, 1000)), "distance of fiber axes, in diameters")};
+          .otherwise("default: the spacing of the crossing yarns"),
+      key<T>("elements", &T::n_elements, integer(between(1, most_elements)), "3-node elements along each fiber")
+          .otherwise("default: 2.5 diameters long, at least 4 between crossing yarns and 10 a turn of twist")};
+  for (Key<T>& key : kind_keys<T>(fiber_types)) keys.push_back(std::move(key));
+  return keys;
 }
 
 std::vector<Key<BodySpec>> body_keys() {

@@ -16,11 +16,31 @@ struct MaterialInput {
   MaterialModel model = MaterialModel::isotropic;
 };
 struct IsotropicInput {
-  double young_modulus = 0, poisson_ratio = 0;
+  double young_modulus = 0, poisson_ratio = 0, density = 0;
 };
 struct FiberTypeInput {
   FiberType type;
-  double diameter = 0;
+  std::optional<double> diameter, linear_density;
+};
+enum class Lay : std::uint8_t { hexagonal, random };
+enum class TwistDirection : std::uint8_t { s, z };
+/// What [yarn.NAME] says, or a yarn system of one kind for itself.
+struct YarnKindInput {
+  std::optional<Index> type, n_fibers;
+  std::optional<double> linear_density;
+  Index n_layers = 0;
+  double lattice_spacing = YarnKind{}.lattice_spacing;
+  double twist = 0;
+  std::optional<TwistDirection> twist_direction;
+  Lay lay = Lay::hexagonal;
+  std::optional<double> volume_fraction;
+  Index seed = YarnKind{}.seed;
+};
+struct YarnSystemInput : YarnKindInput {
+  std::optional<std::string> order;
+  Index n_yarns = 0;
+  std::optional<Index> n_elements;
+  std::optional<double> yarn_spacing, sett, margin;
 };
 /// What [weave] says about the pattern; which keys belong together is checked where it is read.
 struct WeaveInput {
@@ -49,7 +69,8 @@ struct DriveInput {
 [[nodiscard]] std::vector<Key<FiberSpec>> fiber_keys(const NameTable& fiber_types);
 [[nodiscard]] std::vector<Key<BundleSpec>> bundle_keys(const NameTable& fiber_types);
 [[nodiscard]] std::vector<Key<WeaveInput>> weave_keys();
-[[nodiscard]] std::vector<Key<YarnSystem>> yarn_keys(const NameTable& fiber_types);
+[[nodiscard]] std::vector<Key<YarnKindInput>> yarn_kind_keys(const NameTable& fiber_types);
+[[nodiscard]] std::vector<Key<YarnSystemInput>> yarn_system_keys(const NameTable& fiber_types);
 [[nodiscard]] std::vector<Key<BodySpec>> body_keys();
 [[nodiscard]] std::vector<Key<Tie>> tie_keys(const NameTable& fibers_and_yarns);
 [[nodiscard]] std::vector<Key<Stage>> stage_keys();

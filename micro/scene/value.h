@@ -29,6 +29,9 @@ inline constexpr Measure ratio{"1", "a number or a text such as \"2 %\"", ""};
 inline constexpr Measure length{"m", "a length", "19 um", 1e-12, 1e6};
 inline constexpr Measure angle{"rad", "an angle", "45 deg", 1e-12, 1e6};
 inline constexpr Measure pressure{"Pa", "a modulus", "3 GPa", 1e-6, 1e60};
+inline constexpr Measure mass_density{"kg m-3", "a density", "1.14 g/cm3", 1e-6, 1e9};
+inline constexpr Measure linear_density{"kg m-1", "a linear density", "78 dtex", 1e-21, 1e9};
+inline constexpr Measure per_length{"m-1", "a number per length", "37 per cm", 1e-6, 1e12};
 inline constexpr Measure force{"N", "a force", "2 mN", 1e-21, 1e15};
 inline constexpr Measure moment{"N m", "a moment", "0.1 N mm", 1e-21, 1e15};
 

@@ -2,13 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
 #include <sstream>
 
 #include "micro/core/error.h"
 #include "micro/scene/draft.h"
 #include "micro/scene/pattern.h"
 #include "micro/scene/tables.h"
+#include "micro/scene/yarn_section.h"
 
 namespace trame::micro {
 
@@ -108,22 +114,164 @@ WeavePattern read_draft_of(const SceneValue& table, const WeaveInput& input, con
   }
 }
 
-YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& scene) {
+NameTable fiber_type_names(const Scene& scene) {
+  NameTable names;
+  for (const FiberType& type : scene.fiber_types) names.add(type.name);
+  return names;
+}
+
+/// Mass of a fiber per length; fails at `value` where the density is not known.
+double fiber_linear_density(const SceneValue& value, const Scene& scene, Index type) {
+  const FiberType& fiber = scene.fiber_types[type];
+  const Material& material = scene.materials[fiber.material];
+  if (material.density == 0) value.fail(fmt::format("needs the density of material.{}", material.name));
+  return material.density * std::numbers::pi * fiber.radius * fiber.radius;
+}
+
+Index number_of_fibers(const SceneValue& table, const YarnKindInput& input, const Scene& scene) {
+  if (input.n_fibers.has_value() == input.linear_density.has_value())
+    table.fail("must have either \"fibers\" or \"linear_density\"");
+  if (input.n_fibers) return *input.n_fibers;
+  const SceneValue value = *table.find("linear_density");
+  const double of_a_fiber = fiber_linear_density(value, scene, *input.type);
+  const double n = std::round(*input.linear_density / of_a_fiber);
+  constexpr double most = 1e6;
+  if (n < 1 || n > most)
+    value.fail(fmt::format("{:g} fibers of {:.4g} tex; must be 1 to {:g}", *input.linear_density / of_a_fiber,
+                           1e6 * of_a_fiber, most));
+  return static_cast<Index>(n);
+}
+
+/// Fails for those of `keys` that the table has.
+void refuse(const SceneValue& table, std::initializer_list<const char*> keys, const std::string& because) {
+  for (const char* name : keys)
+    if (const auto value = table.find(name)) value->fail("has no effect, because " + because);
+}
+
+YarnKind make_kind(const SceneValue& table, const YarnKindInput& input, const Scene& scene) {
+  if (!input.type) table.fail_missing("fiber_type", "the name of a fiber type");
+  YarnKind kind{.name = "",
+                .type = *input.type,
+                .n_fibers = number_of_fibers(table, input, scene),
+                .n_layers = input.n_layers,
+                .lattice_spacing = input.lattice_spacing};
+  if (kind.n_layers > kind.n_fibers) table.find("layers")->fail("must be at most the number of fibers");
+  if (input.twist > 0) {
+    if (!input.twist_direction) table.fail_missing("twist_direction", "\"S\" or \"Z\"");
+    if (const auto layers = table.find("layers")) layers->fail("has no effect, because twist makes a yarn round");
+    kind.twist = *input.twist_direction == TwistDirection::z ? input.twist : -input.twist;
+  } else {
+    refuse(table, {"twist_direction"}, "there is no twist");
+  }
+  if (input.lay == Lay::hexagonal) {
+    refuse(table, {"volume_fraction", "seed"}, "lay is \"hexagonal\"");
+    return kind;
+  }
+  refuse(table, {"lattice_spacing"}, "lay is \"random\"");
+  if (!input.volume_fraction) table.fail_missing("volume_fraction", "a number of at least 0.05 and at most 0.8");
+  kind.volume_fraction = *input.volume_fraction;
+  kind.seed = input.seed;
+  return kind;
+}
+
+/// The kinds that the order of a system names, once each, and their order.
+void read_order(const SceneValue& value, const std::vector<YarnKind>& kinds, YarnSystem& yarns) {
+  Names known;
+  for (const YarnKind& kind : kinds) known.push_back(kind.name);
+  if (known.empty()) value.fail("must be names of [yarn.NAME], but the scene has none");
+  yarns.order.clear();
+  std::istringstream words(value.text());
+  for (std::string word; words >> word;) {
+    const auto kind = std::find_if(kinds.begin(), kinds.end(), [&](const YarnKind& k) { return k.name == word; });
+    if (kind == kinds.end())
+      value.fail(fmt::format("\"{}\" is no [yarn.NAME]; must be of {}{}", word, allowed_names(known),
+                             suggestion(word, known)));
+    auto mine = std::find(yarns.kinds.begin(), yarns.kinds.end(), *kind);
+    if (mine == yarns.kinds.end()) mine = yarns.kinds.insert(mine, *kind);
+    yarns.order.push_back(static_cast<Index>(mine - yarns.kinds.begin()));
+  }
+  if (yarns.order.empty()) value.fail("must be names of [yarn.NAME] with blanks between them");
+}
+
+/// Neighbours must not overlap.
+void check_spacing(const SceneValue& table, const Scene& scene, const YarnSystem& yarns) {
+  const auto radius = [&](const YarnKind& kind) { return scene.fiber_types[kind.type].radius; };
+  std::set<std::pair<const YarnKind*, const YarnKind*>> checked;
+  for (Index yarn = 0; yarn + 1 < yarns.n_yarns; ++yarn) {
+    const YarnKind &a = yarns.kind_of(yarn), &b = yarns.kind_of(yarn + 1);
+    if (!checked.emplace(&a, &b).second) continue;
+    const double least = least_yarn_spacing(a, radius(a), b, radius(b));
+    if (yarns.yarn_spacing >= least * (1 - 1e-9)) continue;
+    const std::string sizes =
+        &a == &b ? "the width of a yarn" : fmt::format("what \"{}\" and \"{}\" need side by side", a.name, b.name);
+    if (const auto spacing = table.find("yarn_spacing"))
+      spacing->fail(fmt::format("must be at least {}, {:.4g} m, or neighbouring yarns overlap", sizes, least));
+    table.find("sett")->fail(
+        fmt::format("must be at most {:.4g} per m, 1 over {}, {:.4g} m, or neighbouring yarns "
+                    "overlap",
+                    1 / least, sizes, least));
+  }
+}
+
+/// A lay that cannot be is told before anything runs.
+void check_lays(const SceneValue& table, const Scene& scene, const YarnSystem& yarns) {
+  for (Index yarn = 0; yarn < yarns.n_yarns; ++yarn) {
+    const YarnKind& kind = yarns.kind_of(yarn);
+    if (kind.volume_fraction == 0) continue;
+    try {
+      (void)yarn_section(kind, scene.fiber_types[kind.type].radius, yarn);
+    } catch (const InputError& error) {
+      const auto own = table.find("volume_fraction");
+      (own ? *own : *table.find("order"))
+          .fail(kind.name.empty() ? error.what() : fmt::format("yarn \"{}\": {}", kind.name, error.what()));
+    }
+  }
+}
+
+/// All of a system but what follows from the other one.
+YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& scene,
+                      const std::vector<YarnKind>& kinds, YarnSystemInput& input) {
   const auto table = weave.find(family);
   if (!table) weave.fail_missing(family, fmt::format("a table, written [weave.{}]", family));
-  NameTable fiber_types;
-  for (const FiberType& type : scene.fiber_types) fiber_types.add(type.name);
+  read_table(*table, yarn_system_keys(fiber_type_names(scene)), {}, input);
   YarnSystem yarns;
-  read_table(*table, yarn_keys(fiber_types), {}, yarns);
-  if (yarns.n_layers > yarns.n_fibers) table->find("layers")->fail("must be at most the number of fibers");
-  if (yarns.n_layers == 0 || yarns.n_yarns == 1) return yarns;
-  const double diameter = 2 * scene.fiber_types[yarns.type].radius;
-  const Index widest_layer = (yarns.n_fibers + yarns.n_layers - 1) / yarns.n_layers;
-  const double width = diameter * (1 + yarns.lattice_spacing * (widest_layer - 1));
-  if (yarns.yarn_spacing < width)
-    table->find("yarn_spacing")
-        ->fail(fmt::format("must be at least the width of a yarn, {:.4g} m, or neighbouring yarns overlap", width));
+  yarns.n_yarns = input.n_yarns;
+  if (input.order) {
+    for (const Key<YarnKindInput>& key : yarn_kind_keys({}))
+      refuse(*table, {key.name.c_str()}, "yarns are of the kinds that order names");
+    read_order(*table->find("order"), kinds, yarns);
+  } else {
+    yarns.kinds = {make_kind(*table, input, scene)};
+  }
+  if (input.yarn_spacing.has_value() == input.sett.has_value())
+    table->fail("must have either \"sett\" or \"yarn_spacing\"");
+  yarns.yarn_spacing = input.sett ? 1 / *input.sett : *input.yarn_spacing;
+  check_spacing(*table, scene, yarns);
+  check_lays(*table, scene, yarns);
   return yarns;
+}
+
+/// Margin and elements, which go by the crossing yarns.
+void fit_to_crossing(const SceneValue& table, const Scene& scene, const YarnSystemInput& input,
+                     const YarnSystem& crossing, YarnSystem& yarns) {
+  constexpr double diameters = 2.5, elements_a_crossing = 4, elements_a_turn = 10;
+  yarns.margin = input.margin.value_or(crossing.yarn_spacing);
+  const double length = (crossing.n_yarns - 1) * crossing.yarn_spacing + 2 * yarns.margin;
+  double most = crossing.yarn_spacing / elements_a_crossing, most_for_twist = std::numeric_limits<double>::infinity();
+  for (const YarnKind& kind : yarns.kinds) {
+    most = std::min(most, diameters * 2 * scene.fiber_types[kind.type].radius);
+    if (kind.twist != 0) most_for_twist = std::min(most_for_twist, 1 / (elements_a_turn * std::abs(kind.twist)));
+  }
+  const double needed = std::ceil(length / most_for_twist * (1 - 1e-9));
+  constexpr double most_elements = 1e6;
+  const double chosen = input.n_elements ? *input.n_elements : std::ceil(std::max(needed, length / most * (1 - 1e-9)));
+  if (chosen > most_elements)
+    table.fail(fmt::format("{:g} elements along a fiber; must be at most {:g}: give elements, or take a smaller patch",
+                           chosen, most_elements));
+  if (chosen < needed)
+    table.find("elements")
+        ->fail(fmt::format("must be at least {:g}, or an element has more than a tenth of a turn of twist", needed));
+  yarns.n_elements = static_cast<Index>(std::max(1.0, chosen));
 }
 
 }  // namespace
@@ -150,12 +298,31 @@ std::string picture_instead(const std::string& pattern_file, const Weave& weave,
   return fmt::format("picture = [ # {}\n  \"{}\"]", pattern_file, fmt::join(rows, "\",\n  \""));
 }
 
-Weave read_weave(const SceneValue& table, const Scene& scene, const std::filesystem::path& folder) {
+std::vector<YarnKind> read_yarn_kinds(const SceneValue& root, const Scene& scene) {
+  std::vector<YarnKind> kinds;
+  const auto tables = root.find("yarn");
+  const auto keys = yarn_kind_keys(fiber_type_names(scene));
+  for (const SceneValue& table : tables ? tables->children() : std::vector<SceneValue>()) {
+    YarnKindInput input;
+    read_table(table, keys, {}, input);
+    kinds.push_back(make_kind(table, input, scene));
+    kinds.back().name = table.table_name();
+    if (kinds.back().name.find_first_of(" \t") != std::string::npos)
+      table.fail("must have a name without blanks, which stand between names in an order");
+  }
+  return kinds;
+}
+
+Weave read_weave(const SceneValue& table, const Scene& scene, const std::vector<YarnKind>& kinds,
+                 const std::filesystem::path& folder) {
   WeaveInput input;
   read_table(table, weave_keys(), {"warp", "weft"}, input);
   Weave weave;
-  weave.warp = read_yarns(table, "warp", scene);
-  weave.weft = read_yarns(table, "weft", scene);
+  YarnSystemInput warp, weft;
+  weave.warp = read_yarns(table, "warp", scene, kinds, warp);
+  weave.weft = read_yarns(table, "weft", scene, kinds, weft);
+  fit_to_crossing(*table.find("warp"), scene, warp, weave.weft, weave.warp);
+  fit_to_crossing(*table.find("weft"), scene, weft, weave.warp, weave.weft);
   const Index n_weft = weave.weft.n_yarns, n_warp = weave.warp.n_yarns;
   weave.warp_above = input.pattern_file ? read_draft_of(table, input, folder, n_weft, n_warp)
                                         : continued(make_pattern(table, input), n_weft, n_warp, input.first_weft - 1,

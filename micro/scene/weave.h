@@ -19,8 +19,13 @@ namespace trame::micro {
 /// Rows of X and dots, as a list or as lines of one text.
 [[nodiscard]] Kind<WeavePattern> pattern_picture();
 
-/// Reads [weave]. Needs the fiber types of `scene`. `folder` is that of the scene's file; empty where there is none.
-[[nodiscard]] Weave read_weave(const SceneValue& table, const Scene& scene, const std::filesystem::path& folder);
+/// Kinds of yarn that [yarn.NAME] describes. Needs the fiber types of `scene`.
+[[nodiscard]] std::vector<YarnKind> read_yarn_kinds(const SceneValue& root, const Scene& scene);
+
+/// Reads [weave]. Needs the fiber types of `scene` and the kinds of yarn. `folder` is that of the scene's file; empty
+/// where there is none.
+[[nodiscard]] Weave read_weave(const SceneValue& table, const Scene& scene, const std::vector<YarnKind>& kinds,
+                               const std::filesystem::path& folder);
 
 /// What can stand in a scene instead of pattern_file, so that the scene's text says all: `picture`, of the size of the
 /// patch, turned so that `first_weft` and `first_warp`, counted from 1, are yarns 1 of `weave`.

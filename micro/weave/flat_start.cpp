@@ -8,46 +8,9 @@
 #include <unsupported/Eigen/Splines>
 
 #include "micro/core/name_table.h"
+#include "micro/scene/yarn_section.h"
 
 namespace trame::micro {
-
-namespace {
-
-std::vector<Vec2> centred(std::vector<Vec2> points) {
-  Vec2 mean = Vec2::Zero();
-  for (const Vec2& p : points) mean += p / static_cast<double>(points.size());
-  for (Vec2& p : points) p -= mean;
-  return points;
-}
-
-}  // namespace
-
-std::vector<Vec2> hexagonal_section(Index n, Index n_layers, double a) {
-  const double row_height = a * std::numbers::sqrt3 / 2;
-  std::vector<Vec2> centres;
-  if (n_layers > 0) {
-    // Rows are centred, then shifted by a quarter so that each stands in the gaps of the one below: centred rows of
-    // equal parity stand above each other, rows of unequal parity in the gaps already.
-    double shift = n_layers == 1 ? 0 : -0.25;
-    for (Index row = 0, left = n, before = 0; row < n_layers; ++row) {
-      const Index in_row = (left + n_layers - row - 1) / (n_layers - row);
-      left -= in_row;
-      if (row > 0 && (in_row - before) % 2 == 0) shift = -shift;
-      before = in_row;
-      for (Index i = 0; i < in_row; ++i)
-        centres.emplace_back(a * (i - 0.5 * (in_row - 1) + shift), row_height * (row - 0.5 * (n_layers - 1)));
-    }
-    return centred(std::move(centres));
-  }
-  const auto reach = static_cast<Index>(std::ceil(std::sqrt(n))) + 1;
-  for (Index row = -reach; row <= reach; ++row)
-    for (Index i = -reach; i <= reach; ++i) centres.emplace_back(a * (i + 0.5 * (row & 1)), row_height * row);
-  // Distances are compared with a slack, so that points of one ring keep a fixed order.
-  std::stable_sort(centres.begin(), centres.end(),
-                   [&](const Vec2& p, const Vec2& q) { return p.norm() < q.norm() - 1e-9 * a; });
-  centres.resize(n);
-  return centred(std::move(centres));
-}
 
 namespace {
 
@@ -153,8 +116,6 @@ Index add_body(Assembly& assembly, const std::string& name, const Vec3& position
 void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem& system, double half_length,
                         bool is_warp) {
   const std::string family = is_warp ? "warp" : "weft";
-  const double spacing = 2 * scene.fiber_types[system.type].radius * system.lattice_spacing;
-  const std::vector<Vec2> section = hexagonal_section(system.n_fibers, system.n_layers, spacing);
   const auto place = [&](double along, double across, double z) {
     return is_warp ? Vec3(along, across, z) : Vec3(across, along, z);
   };
@@ -163,11 +124,17 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
     const std::string name = family + "/" + std::to_string(yarn + 1);
     begin_yarn(assembly, name, is_warp ? YarnFamily::warp : YarnFamily::weft);
     const Index first_fiber = assembly.mesh.n_fibers();
-    for (const Vec2& c : section) {
+    const YarnKind& kind = system.kind_of(yarn);
+    for (const Vec2& c : yarn_section(kind, scene.fiber_types[kind.type].radius, yarn)) {
       const Vec3 from = place(-half_length, across + c[0], c[1]), to = place(half_length, across + c[0], c[1]);
-      append_fiber(
-          assembly, scene, [&](double t) -> Vec3 { return from + t * (to - from); }, system.n_elements, system.type,
-          Vec3::UnitZ());
+      const Curve straight = [&](double t) -> Vec3 { return from + t * (to - from); };
+      // Z twist is a right-handed screw; across and z turn the other way round a weft yarn.
+      const double turns = 2 * half_length * kind.twist * (is_warp ? 1 : -1);
+      const Curve helix = [&](double t) -> Vec3 {
+        const Vec2 turned = Eigen::Rotation2Dd(2 * std::numbers::pi * turns * t) * c;
+        return place((2 * t - 1) * half_length, across + turned[0], turned[1]);
+      };
+      append_fiber(assembly, scene, turns == 0 ? straight : helix, system.n_elements, kind.type, Vec3::UnitZ());
     }
     for (const FiberEnd end : {FiberEnd::start, FiberEnd::end}) {
       const bool start = end == FiberEnd::start;
@@ -181,14 +148,12 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
   add_body(assembly, "side/" + family + "/end", place(half_length, 0, 0));
 }
 
+/// Height of the highest yarn of a system.
 double flat_height(const Scene& scene, const YarnSystem& system) {
-  const double radius = scene.fiber_types[system.type].radius;
-  double low = 0, high = 0;
-  for (const Vec2& c : hexagonal_section(system.n_fibers, system.n_layers, 2 * radius * system.lattice_spacing)) {
-    low = std::min(low, c[1]);
-    high = std::max(high, c[1]);
-  }
-  return high - low + 2 * radius;
+  double most = 0;
+  for (const YarnKind& kind : system.kinds)
+    most = std::max(most, yarn_height(kind, scene.fiber_types[kind.type].radius));
+  return most;
 }
 
 void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {

@@ -40,8 +40,4 @@ struct Assembly {
 /// Lays out every fiber, yarn and body of a scene, in the unit of its lengths.
 [[nodiscard]] Assembly assemble_scene(const Scene& scene);
 
-/// Centres of n fibers on a hexagonal lattice of spacing a, centred on the origin: in `n_layers` rows (second
-/// coordinate), or, for n_layers = 0, the n points nearest to the origin.
-[[nodiscard]] std::vector<Vec2> hexagonal_section(Index n, Index n_layers, double a);
-
 }  // namespace trame::micro

@@ -36,7 +36,7 @@ struct Bundle {
     force.resize(layout.n_dofs());
     magnitude.resize(layout.n_vectors());
   }
-  static Material material() { return {"m", 1, 1, 0.4, 0.25, 0.25}; }
+  static Material material() { return {"m", 1, 1, 0.4, 0.25, 0.25, 0}; }
   static Assembly make_assembly(Index n_fibers, Index n_elements, FiberModel model) {
     Scene scene;
     scene.materials = {material()};

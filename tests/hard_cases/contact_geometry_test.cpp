@@ -6,6 +6,7 @@
 
 #include <numbers>
 
+#include "micro/scene/yarn_section.h"
 #include "micro/weave/flat_start.h"
 #include "tests/support/hard_case.h"
 
@@ -197,7 +198,8 @@ TEST(ContactGeometry, YarnsOfSeveralDiametersPart) {
   scene.materials = {isotropic(3e9, 0.3)};
   const double radius = 1e-5;
   scene.fiber_types = {{"f", 0, radius, FiberModel::rod}};
-  const YarnSystem yarns{0, 1, 12, 4, 10, 20 * radius, 30 * radius, 1.05};
+  const YarnSystem yarns{
+      {{.type = 0, .n_fibers = 12, .n_layers = 4, .lattice_spacing = 1.05}}, {0}, 1, 10, 20 * radius, 30 * radius};
   scene.weave = Weave{{{true}}, yarns, yarns};
   Stage separate = stage_with("separate", 12, {});
   for (const auto& [end, sign] : {std::pair{"start", -1.0}, std::pair{"end", 1.0}}) {
@@ -249,8 +251,9 @@ TEST(ContactGeometry, TipPressedOnAFlankMeetsResistance) {
   // The shortest chord rests at an end of the fiber that presses: a point contact there.
   const RunResult result = tip_on_flank(1.0);
   expect_done(result);
-  measured(fmt::format("{} contact elements, force {:.1e} at a tip pushed 0.95 R; {}", result.last().contacts.gap.size(),
-                       normal_resultant(result.last()).norm(), fmt::join(result.summary.warnings, "; ")));
+  measured(fmt::format("{} contact elements, force {:.1e} at a tip pushed 0.95 R; {}",
+                       result.last().contacts.gap.size(), normal_resultant(result.last()).norm(),
+                       fmt::join(result.summary.warnings, "; ")));
   EXPECT_GE(result.last().contacts.gap.size(), 1u);
   EXPECT_GT(normal_resultant(result.last()).norm(), 0);
   EXPECT_EQ(result.summary.n_buried_ends, 0);

@@ -263,7 +263,8 @@ RunResult slack_weave(bool friction) {
   scene.materials = {isotropic(3e9, 0.3)};
   const double radius = 1e-5;
   scene.fiber_types = {{"f", 0, radius, FiberModel::rod}};
-  const YarnSystem yarns{0, 2, 4, 2, 10, 14 * radius, 10 * radius, 1.05};
+  const YarnSystem yarns{
+      {{.type = 0, .n_fibers = 4, .n_layers = 2, .lattice_spacing = 1.05}}, {0}, 2, 10, 14 * radius, 10 * radius};
   scene.weave = Weave{{{false, true}, {true, false}}, yarns, yarns};
   Stage separate = stage_with("separate", 12, {});
   for (const char* end : {"start", "end"}) {

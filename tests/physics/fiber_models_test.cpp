@@ -24,9 +24,9 @@ Scene small_weave(FiberModel warp, FiberModel weft, const Models& models) {
   scene.name = "weave";
   scene.materials = {test::isotropic(1, 0.39)};
   scene.fiber_types = {{"warp", 0, 1.0, warp}, {"weft", 0, 1.0, weft}};
-  const YarnSystem yarns{0, 2, 3, 1, 9, 14, 10, 1.05};
+  const YarnSystem yarns{{{.type = 0, .n_fibers = 3, .n_layers = 1, .lattice_spacing = 1.05}}, {0}, 2, 9, 14, 10};
   scene.weave = Weave{{{true, false}, {false, true}}, yarns, yarns};
-  scene.weave->weft.type = 1;
+  scene.weave->weft.kinds[0].type = 1;
   const auto pull = [](const char* bodies, BodyDof dof, double force) {
     return Drive{bodies, dof, DriveMode::force, force, ""};
   };

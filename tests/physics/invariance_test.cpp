@@ -16,7 +16,8 @@ Scene small_patch(double length, double stress) {
   scene.name = "small patch";
   scene.materials = {test::isotropic(modulus, 0.39)};
   scene.fiber_types = {{"f", 0, radius, FiberModel::enriched}};
-  const YarnSystem yarns{0, 2, 4, 2, 8, 12 * radius, 9 * radius, 1.05};
+  const YarnSystem yarns{
+      {{.type = 0, .n_fibers = 4, .n_layers = 2, .lattice_spacing = 1.05}}, {0}, 2, 8, 12 * radius, 9 * radius};
   scene.weave = Weave{{{false, true}, {true, false}}, yarns, yarns};
   const auto pull = [&](double by) {
     std::vector<Drive> drives;

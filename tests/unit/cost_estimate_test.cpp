@@ -133,5 +133,29 @@ TEST(CostEstimate, IsTheSameInAnyUnit) {
   EXPECT_NEAR(estimate_cost(large).seconds / estimate_cost(scene).seconds, 1, 0.01);
 }
 
+/// Yarns of so many fibers: what all of them would cost is never laid out.
+CostEstimate cost_of_weave(Index n_fibers) {
+  Scene scene;
+  scene.materials = {{"m", 3e9, 3e9, 1e9, 0.39, 0.39, 0}};
+  scene.fiber_types = {{"f", 0, 1e-5, FiberModel::rod}};
+  const YarnSystem yarns{{{.type = 0, .n_fibers = n_fibers, .n_layers = 4}}, {0}, 2, 6, 2e-3, 2e-3};
+  scene.weave = Weave{{{true, false}, {false, true}}, yarns, yarns};
+  scene.stages.resize(1);
+  scene.stages[0].separate_yarns = true;
+  return estimate_cost(scene);
+}
+
+TEST(CostEstimate, OfManyFibersIsExtrapolatedFromFewer) {
+  const CostEstimate few = cost_of_weave(100), many = cost_of_weave(400), most = cost_of_weave(1600);
+  EXPECT_FALSE(few.extrapolated);
+  EXPECT_TRUE(many.extrapolated);
+  EXPECT_TRUE(most.extrapolated);
+  // Pairs of crossing fibers, and so the elements between them, go with the square.
+  EXPECT_GT(many.bytes, 4 * few.bytes);
+  EXPECT_GT(most.bytes, 8 * many.bytes);
+  EXPECT_GT(many.seconds, 4 * few.seconds);
+  EXPECT_GT(most.seconds, 8 * many.seconds);
+}
+
 }  // namespace
 }  // namespace trame::micro

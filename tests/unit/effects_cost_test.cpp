@@ -308,7 +308,7 @@ Scene small_weave() {
   Scene scene;
   scene.materials = {test::isotropic(1, 0.3)};
   scene.fiber_types = {{"f", 0, 1.0, FiberModel::rod}};
-  const YarnSystem yarns{0, 2, 3, 1, 6, 14, 10, 1.05};
+  const YarnSystem yarns{{{.type = 0, .n_fibers = 3, .n_layers = 1, .lattice_spacing = 1.05}}, {0}, 2, 6, 14, 10};
   scene.weave = Weave{{{true, false}, {false, true}}, yarns, yarns};
   return scene;
 }

@@ -178,7 +178,7 @@ Scene woven() {
   scene.name = "weave";
   scene.materials = {test::isotropic(1, 0.39)};
   scene.fiber_types = {{"f", 0, 1.0, FiberModel::enriched}};
-  const YarnSystem yarns{0, 2, 3, 1, 9, 14, 10, 1.05};
+  const YarnSystem yarns{{{.type = 0, .n_fibers = 3, .n_layers = 1, .lattice_spacing = 1.05}}, {0}, 2, 9, 14, 10};
   scene.weave = Weave{{{true, false}, {false, true}}, yarns, yarns};
   scene.contact.friction = true;
   scene.contact.friction_coefficient = 0.2;

@@ -47,6 +47,16 @@ std::string quantity_error(std::string_view text, std::string_view unit) {
   }
 }
 
+TEST(Quantity, KnowsWhatTextilesAreMeasuredIn) {
+  EXPECT_DOUBLE_EQ(parse_quantity("78 dtex", "kg m-1"), 7.8e-6);
+  EXPECT_DOUBLE_EQ(parse_quantity("200 tex", "kg m-1"), 2e-4);
+  EXPECT_NEAR(parse_quantity("70 denier", "kg m-1"), 70e-3 / 9000, 1e-11);
+  for (const char* sett : {"37 cm-1", "37 per cm", "37 /cm", "37/cm"})
+    EXPECT_DOUBLE_EQ(parse_quantity(sett, "m-1"), 3700);
+  EXPECT_DOUBLE_EQ(parse_quantity("94 per inch", "m-1"), 94 / 0.0254);
+  EXPECT_DOUBLE_EQ(parse_quantity("400 per metre", "m-1"), 400);
+}
+
 TEST(Quantity, RefusesWhatIsNoNumberWithAUnit) {
   EXPECT_EQ(quantity_error("19", "m"), "the unit is missing");
   EXPECT_EQ(quantity_error("um", "m"), "does not start with a number");
@@ -72,6 +82,8 @@ TEST(Quantity, RefusesHiddenFactorsAndOffsets) {
   EXPECT_EQ(quantity_error("5 3 m", "m"), "\"3 m\" is not a unit");
   EXPECT_EQ(quantity_error("5 m 3", "m"), "\"m 3\" is not a unit");
   EXPECT_EQ(quantity_error("5 m*3", "m"), "\"m*3\" is not a unit");
+  EXPECT_EQ(quantity_error("5 per 3 m", "m-1"), "\"per 3 m\" is not a unit");
+  EXPECT_EQ(quantity_error("5 /", "m-1"), "\"/\" is not a unit");
   EXPECT_EQ(quantity_error("5 -m", "m"), "\"-m\" is not a unit");
   EXPECT_EQ(quantity_error("5 m from 10", "m"), "\"m from 10\" is not a unit");
 }
@@ -279,14 +291,14 @@ TEST(Scene, ReadsTextsAndMaterials) {
   EXPECT_EQ(scene.title, "everything");
   EXPECT_EQ(scene.text, weave_scene);
   ASSERT_EQ(scene.materials.size(), 2u);
-  const Material& pa66 = scene.materials[scene.fiber_types[scene.weave->warp.type].material];
+  const Material& pa66 = scene.materials[scene.fiber_types[scene.weave->warp.kinds[0].type].material];
   EXPECT_EQ(pa66.name, "pa66");
   EXPECT_EQ(pa66.young_modulus_axial, 3e9);
   EXPECT_EQ(pa66.young_modulus_transverse, 3e9);
   EXPECT_EQ(pa66.shear_modulus_axial, 1.2e9);  // E / 2 (1 + ν) = 3 / 2.5
   EXPECT_EQ(pa66.poisson_ratio_axial, 0.25);
   EXPECT_EQ(pa66.poisson_ratio_transverse, 0.25);
-  const Material& carbon = scene.materials[scene.fiber_types[scene.weave->weft.type].material];
+  const Material& carbon = scene.materials[scene.fiber_types[scene.weave->weft.kinds[0].type].material];
   EXPECT_EQ(carbon.name, "carbon");
   EXPECT_EQ(carbon.young_modulus_axial, 230e9);
   EXPECT_EQ(carbon.young_modulus_transverse, 15e9);
@@ -298,11 +310,11 @@ TEST(Scene, ReadsTextsAndMaterials) {
 TEST(Scene, ReadsFiberTypes) {
   const Scene scene = parse_scene(weave_scene, "everything.toml");
   ASSERT_EQ(scene.fiber_types.size(), 2u);
-  const FiberType& filament = scene.fiber_types[scene.weave->warp.type];
+  const FiberType& filament = scene.fiber_types[scene.weave->warp.kinds[0].type];
   EXPECT_EQ(filament.name, "filament");
   EXPECT_EQ(filament.radius, 10e-6);
   EXPECT_EQ(filament.model, FiberModel::enriched);
-  const FiberType& fine = scene.fiber_types[scene.weave->weft.type];
+  const FiberType& fine = scene.fiber_types[scene.weave->weft.kinds[0].type];
   EXPECT_EQ(fine.name, "fine");
   EXPECT_EQ(fine.radius, 3.5e-6);
   EXPECT_EQ(fine.model, FiberModel::rod);
@@ -338,20 +350,20 @@ TEST(Scene, ReadsTheWeave) {
   EXPECT_EQ(scene.weave->warp_above, expected);
   const YarnSystem& warp = scene.weave->warp;
   EXPECT_EQ(warp.n_yarns, 4);
-  EXPECT_EQ(warp.n_fibers, 7);
-  EXPECT_EQ(warp.n_layers, 2);
+  EXPECT_EQ(warp.kinds[0].n_fibers, 7);
+  EXPECT_EQ(warp.kinds[0].n_layers, 2);
   EXPECT_EQ(warp.n_elements, 11);
   EXPECT_EQ(warp.yarn_spacing, 130e-6);
   EXPECT_EQ(warp.margin, 100e-6);
-  EXPECT_EQ(warp.lattice_spacing, 1.2);
+  EXPECT_EQ(warp.kinds[0].lattice_spacing, 1.2);
   const YarnSystem& weft = scene.weave->weft;
   EXPECT_EQ(weft.n_yarns, 3);
-  EXPECT_EQ(weft.n_fibers, 8);
-  EXPECT_EQ(weft.n_layers, 0);
+  EXPECT_EQ(weft.kinds[0].n_fibers, 8);
+  EXPECT_EQ(weft.kinds[0].n_layers, 0);
   EXPECT_EQ(weft.n_elements, 12);
   EXPECT_EQ(weft.yarn_spacing, 140e-6);
   EXPECT_EQ(weft.margin, 90e-6);
-  EXPECT_EQ(weft.lattice_spacing, YarnSystem{}.lattice_spacing);
+  EXPECT_EQ(weft.kinds[0].lattice_spacing, YarnKind{}.lattice_spacing);
 }
 
 TEST(Scene, ReadsBodies) {
@@ -489,7 +501,8 @@ TEST(Scene, KnowsTheFiberTypesThatFibersAreOf) {
   EXPECT_EQ(scene.fiber_types[fiber_types_in_use(scene)[0]].name, "t");
   // The weave's two, the single fiber's and the bundle's.
   const Scene all = parse_scene(weave_scene, "everything.toml");
-  for (const Index type : {all.weave->warp.type, all.weave->weft.type, all.fibers[0].type, all.bundles[0].type}) {
+  for (const Index type :
+       {all.weave->warp.kinds[0].type, all.weave->weft.kinds[0].type, all.fibers[0].type, all.bundles[0].type}) {
     const std::vector<Index> used = fiber_types_in_use(all);
     EXPECT_EQ(std::count(used.begin(), used.end(), type), 1);
   }
@@ -531,13 +544,12 @@ TEST(Scene, ThePatchesHaveTheSizeOfThePaper) {
     const Scene scene = read_scene(std::string(TRAME_DATA_DIR "/scenes/") + name + ".toml");
     ASSERT_TRUE(scene.weave);
     const YarnSystem &warp = scene.weave->warp, &weft = scene.weave->weft;
-    EXPECT_EQ(warp.n_yarns * warp.n_fibers + weft.n_yarns * weft.n_fibers, 408);
-    const int n_nodes = warp.n_yarns * warp.n_fibers * (2 * warp.n_elements + 1) +
-                        weft.n_yarns * weft.n_fibers * (2 * weft.n_elements + 1);
+    EXPECT_EQ(warp.n_fibers() + weft.n_fibers(), 408);
+    const int n_nodes = warp.n_fibers() * (2 * warp.n_elements + 1) + weft.n_fibers() * (2 * weft.n_elements + 1);
     EXPECT_NEAR(n_nodes, 35000, 1000);
     // 3.25 dtex at 1140 kg/m³: area 3.25e-7 kg/m / 1140 kg/m³.
     const double diameter = 2 * std::sqrt(3.25e-7 / 1140 / std::numbers::pi);
-    EXPECT_NEAR(2 * scene.fiber_types[warp.type].radius, diameter, 0.1e-6);
+    EXPECT_NEAR(2 * scene.fiber_types[warp.kinds[0].type].radius, diameter, 0.1e-6);
   }
 }
 
@@ -550,7 +562,7 @@ TEST(SceneSchema, ListsTheKeysWithUnitDefaultRangeAndMeaning) {
   EXPECT_NE(schema.find("friction_coefficient      µ; needs friction\n"
                         "                            a number of at least 0 (default: 0.2)"),
             std::string::npos);
-  EXPECT_NE(schema.find("a length greater than 0 with its unit, such as \"19 um\" (required)"), std::string::npos);
+  EXPECT_NE(schema.find("a length greater than 0 with its unit, such as \"19 um\" (this or sett)"), std::string::npos);
 }
 
 }  // namespace

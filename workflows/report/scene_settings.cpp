@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "micro/core/error.h"
@@ -12,21 +13,33 @@ namespace trame::workflows {
 
 namespace {
 
-std::vector<std::string> yarn_system_row(const micro::Scene& scene, const char* name, const micro::YarnSystem& yarns) {
-  const micro::FiberType& type = scene.fiber_types[yarns.type];
-  return {name,
-          fmt::format("{}", yarns.n_yarns),
-          fmt::format("{}", yarns.n_fibers),
-          fmt::format("{:.3g} µm", 2e6 * type.radius),
-          fmt::format("{:.4g} µm", 1e6 * yarns.yarn_spacing),
-          escaped(scene.materials[type.material].name)};
+/// "hexagonal", "random, 0.6 full, 400 turns/m Z".
+std::string lay_text(const micro::YarnKind& kind) {
+  std::string text =
+      kind.volume_fraction > 0 ? fmt::format("random, {:g} full", kind.volume_fraction) : std::string("hexagonal");
+  if (kind.twist != 0) text += fmt::format(", {:g} turns/m {}", std::abs(kind.twist), kind.twist > 0 ? "Z" : "S");
+  return text;
+}
+
+/// A row for each kind of yarn of a system, with the number of its yarns.
+void add_rows(const micro::Scene& scene, const char* name, const micro::YarnSystem& yarns,
+              std::vector<std::vector<std::string>>& rows) {
+  for (const micro::YarnKind& kind : yarns.kinds) {
+    Index n = 0;
+    for (Index yarn = 0; yarn < yarns.n_yarns; ++yarn) n += &yarns.kind_of(yarn) == &kind;
+    const micro::FiberType& type = scene.fiber_types[kind.type];
+    rows.push_back({kind.name.empty() ? name : fmt::format("{}, {}", name, escaped(kind.name)), fmt::format("{}", n),
+                    fmt::format("{}", kind.n_fibers), lay_text(kind), fmt::format("{:.3g} µm", 2e6 * type.radius),
+                    fmt::format("{:.4g} µm", 1e6 * yarns.yarn_spacing), escaped(scene.materials[type.material].name)});
+  }
 }
 
 std::string weave_html(const micro::Scene& scene) {
-  return "<h3>Yarns</h3>\n" +
-         table({.header = {"", "yarns", "fibers each", "fiber diameter", "spacing of yarns", "material"},
-                .rows = {yarn_system_row(scene, "warp", scene.weave->warp),
-                         yarn_system_row(scene, "weft", scene.weave->weft)}});
+  HtmlTable rows{.header = {"", "yarns", "fibers each", "lay", "fiber diameter", "spacing of yarns", "material"},
+                 .rows = {}};
+  add_rows(scene, "warp", scene.weave->warp, rows.rows);
+  add_rows(scene, "weft", scene.weave->weft, rows.rows);
+  return "<h3>Yarns</h3>\n" + table(rows);
 }
 
 /// The bodies that a stage drives, each name once.
