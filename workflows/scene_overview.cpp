@@ -186,7 +186,7 @@ std::string scene_overview(const Scene& scene, const ModelSize& size, const Cost
       "Effects, what each costs (order of magnitude, two cores; memory in the stage with most), and the keys that call "
       "for them:\n";
   text += effects_text(scene, cost);
-  text += "Stages:\n";
+  text += scene.stages_are_chosen ? "Stages, chosen from the geometry, because the scene names none:\n" : "Stages:\n";
   for (std::size_t i = 0; i < scene.stages.size(); ++i)
     text += stage_text(scene.stages[i], i < size.n_dofs_per_stage.size() ? size.n_dofs_per_stage[i] : size.n_dofs,
                        scene.contact.scope != ContactScope::none && scene.contact.friction);

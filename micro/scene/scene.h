@@ -190,6 +190,7 @@ struct Scene {
   std::optional<Weave> weave;
   std::vector<BodySpec> bodies;
   std::vector<Stage> stages;
+  bool stages_are_chosen = false;           ///< by the program, because the scene is a weave that names none
   bool twist_stretch = true;                ///< E_ss terms quadratic in ξ, of enriched beams
   std::vector<std::string> stated_effects;  ///< keys that [effects] has; the others hold for want of a word
   ContactSettings contact;

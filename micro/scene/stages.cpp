@@ -8,6 +8,7 @@
 
 #include "micro/scene/tables.h"
 #include "micro/scene/weave.h"
+#include "micro/scene/weaving_stages.h"
 
 namespace trame::micro {
 
@@ -207,6 +208,10 @@ void check_stage(const SceneValue& table, const Scene& scene, const Stage& stage
 
 void read_stages(const SceneValue& root, Scene& scene) {
   const auto stages = root.find("stage");
+  if (!stages && scene.weave && scene.contact.scope != ContactScope::none) {
+    scene.stages = weaving_stages(scene);
+    scene.stages_are_chosen = true;
+  }
   if (!stages) return;
   const NameTable bodies = body_names(scene);
   const auto stage_table = stage_keys();

@@ -19,7 +19,8 @@ void add_new_name(const SceneValue& named, const std::string& name, NameTable& k
 /// Fills scene.bodies from [[body]]. Needs the fibers, bundles and the weave.
 void read_bodies(const SceneValue& root, Scene& scene);
 
-/// Fills scene.stages from [[stage]]. Needs the bodies and the effects.
+/// Fills scene.stages from [[stage]], or for a weave without any with those that weave it. Needs the bodies and the
+/// effects.
 void read_stages(const SceneValue& root, Scene& scene);
 
 }  // namespace trame::micro

@@ -1,0 +1,90 @@
+#include "micro/scene/weaving_stages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "micro/scene/yarn_section.h"
+
+namespace trame::micro {
+
+namespace {
+
+double radius_of(const Scene& scene, const YarnKind& kind) { return scene.fiber_types[kind.type].radius; }
+
+/// E A of the fibers of a system's weakest yarn.
+double axial_stiffness(const Scene& scene, const YarnSystem& yarns) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const YarnKind& kind : yarns.kinds) {
+    const Material& material = scene.materials[scene.fiber_types[kind.type].material];
+    const double r = radius_of(scene, kind);
+    least = std::min(least, kind.n_fibers * material.young_modulus_axial * std::numbers::pi * r * r);
+  }
+  return least;
+}
+
+double height(const Scene& scene, const YarnSystem& yarns) {
+  double most = 0;
+  for (const YarnKind& kind : yarns.kinds) most = std::max(most, yarn_height(kind, radius_of(scene, kind)));
+  return most;
+}
+
+/// To two digits, so that a person can read it and write it.
+double rounded(double x) {
+  const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
+  return std::round(x / unit) * unit;
+}
+
+/// Both ends of all yarns are pulled outward.
+std::vector<Drive> pulls(double warp, double weft) {
+  return {{"warp/*/start", BodyDof::x, DriveMode::force, -warp, "", {}},
+          {"warp/*/end", BodyDof::x, DriveMode::force, warp, "", {}},
+          {"weft/*/start", BodyDof::y, DriveMode::force, -weft, "", {}},
+          {"weft/*/end", BodyDof::y, DriveMode::force, weft, "", {}}};
+}
+
+}  // namespace
+
+std::vector<Stage> weaving_stages(const Scene& scene) {
+  constexpr double radii_an_increment = 1.0 / 3, pull_share = 5e-5, later_share = 0.1;
+  constexpr Index few_fibers = 12, least_increments = 12, most_increments = 100;
+  const Weave& weave = *scene.weave;
+  double radius = std::numeric_limits<double>::infinity();
+  Index most_fibers = 0;
+  for (const YarnSystem* yarns : {&weave.warp, &weave.weft})
+    for (const YarnKind& kind : yarns->kinds) {
+      radius = std::min(radius, radius_of(scene, kind));
+      most_fibers = std::max(most_fibers, kind.n_fibers);
+    }
+  const double rise = 0.5 * (height(scene, weave.warp) + height(scene, weave.weft)) + 2 * radius;
+  const double warp = rounded(pull_share * axial_stiffness(scene, weave.warp)),
+               weft = rounded(pull_share * axial_stiffness(scene, weave.weft));
+  const double damping = most_fibers > few_fibers ? 1e-2 : 1e-3;
+
+  Stage separate;
+  separate.name = "separate";
+  separate.separate_yarns = true;
+  separate.friction = false;
+  separate.n_increments = static_cast<Index>(
+      std::clamp<double>(std::ceil(rise / radius / radii_an_increment), least_increments, most_increments));
+  separate.proximal_start = separate.proximal_end = damping;
+  separate.fiber_model = FiberModel::rod;
+  separate.drives = pulls(warp, weft);
+
+  Stage relax;
+  relax.name = "relax";
+  relax.n_increments = 12;
+  relax.friction = scene.contact.friction;
+  relax.proximal_start = damping;
+  relax.fiber_model = FiberModel::rod;
+  relax.drives = pulls(later_share * warp, later_share * weft);
+
+  Stage settle = relax;
+  settle.name = "settle";
+  settle.n_increments = 4;
+  settle.fiber_model.reset();
+  return {separate, relax, settle};
+}
+
+}  // namespace trame::micro
