@@ -201,6 +201,42 @@ TEST_F(HtmlReport, TellsEachPairOfStatesByItself) {
     EXPECT_EQ(count(html, fmt::format("<section id=\"part-{}\">", i)), 1U) << "the list of contents leads there";
 }
 
+TEST(RunThatHasNotReachedItsEnd, IsToldWithItsPlace) {
+  const std::string scene = R"([material.m]
+model = "isotropic"
+young_modulus = "1 GPa"
+poisson_ratio = 0
+[fiber_type.f]
+material = "m"
+diameter = "20 um"
+[[fiber]]
+name = "a"
+fiber_type = "f"
+points = [["0 mm", "0 mm", "0 mm"], ["1 mm", "0 mm", "0 mm"]]
+elements = 2
+[effects]
+contact = "none"
+[[stage]]
+name = "pull"
+[[stage]]
+name = "let go"
+)";
+  micro::SnapshotHeader header{
+      .version = "0.1.0", .scene_name = "s", .scene_text = scene, .mesh = {}, .body_names = {}};
+  const auto told = [&](const std::string& stage, double time) {
+    micro::Increment last;
+    last.stage = stage;
+    last.stage_time = time;
+    return what_is_missing(header, last);
+  };
+  EXPECT_TRUE(holds(told("pull", 0.4), "at 40 % of stage pull, with 1 of 2 stages not begun"));
+  EXPECT_TRUE(holds(told("pull", 1), "with 1 of 2 stages not begun"));
+  EXPECT_TRUE(holds(told("let go", 0.5), "at 50 % of stage let go, and"));
+  EXPECT_EQ(told("let go", 1), "");
+  header.version.clear();
+  EXPECT_EQ(told("pull", 0.4), "") << "states from elsewhere have no end to reach";
+}
+
 /// Two single fibers, one of them tied to a body that is pulled by 20 µm with 3 mN, and the other one longer.
 class ReportOfFibers : public ::testing::Test {
  protected:
