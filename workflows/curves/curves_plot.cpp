@@ -47,7 +47,9 @@ std::vector<Curve> curves_on(const Axes& axes, const std::vector<Curve>& curves,
   for (const Curve& curve : curves)
     if (axes_of(curve).motion == axes.motion && !branches_of(curve).empty())
       found.emplace_back(largest_work(curve), &curve);
-  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  const bool are_sides = !found.empty() && found.front().second->motion_unit == "1";  // warp, then weft
+  if (!are_sides)
+    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Curve> chosen;
   for (std::size_t i = 0; i < std::min(found.size(), most); ++i) chosen.push_back(*found[i].second);
   return chosen;

@@ -17,7 +17,7 @@ struct Axes {
 };
 [[nodiscard]] Axes axes_of(const Curve& curve);
 
-/// Curves with these axes, those that took most work first, at most `most`.
+/// Curves with these axes, those that took most work first, but warp before weft; at most `most`.
 [[nodiscard]] std::vector<Curve> curves_on(const Axes& axes, const std::vector<Curve>& curves, std::size_t most = 8);
 
 /// What draws curves of the same axes in a colour each: loading solid, unloading dashed. Numbers are in the script,
