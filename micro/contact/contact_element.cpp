@@ -50,39 +50,46 @@ SeenSection see_section(const FiberField& field, const State& state, const Foot&
   section.outermost = radius * (section.w[0] * g1 + section.w[1] * g2);
   section.beside = -section.w[1] * g1 + section.w[0] * g2;
   const auto [slope1, slope2] = field.section_slope(state, shape);
+  section.outermost_slope = radius * (section.w[0] * slope1 + section.w[1] * slope2);
+  section.beside_slope = -section.w[1] * slope1 + section.w[0] * slope2;
   seen.size = radius * size;
-  seen.slope = radius * outward.dot(section.w[0] * slope1 + section.w[1] * slope2);
+  seen.slope = outward.dot(section.outermost_slope);
   return seen;
 }
 
+/// Second derivatives of sections leave out what goes with the slopes of slopes, and what is smaller by the angle
+/// between chord and section.
 Gap::Sliding sliding(const Gap& g, const Proximity& pair) {
   Gap::Sliding s;
   const Chord& chord = pair.chord;
   if (g.inverse_distance == 0 || chord.n_free == 0) return s;
-  Eigen::Matrix2d of_distance = Eigen::Matrix2d::Zero(), of_hold = Eigen::Matrix2d::Zero();
-  Vec2 slope = Vec2::Zero();
-  const double held_by = pair.point ? g.inverse_distance * pair.hold.stiffness : 0;
+  Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
+  const double held_by = pair.point ? g.inverse_length * pair.hold.stiffness : 0;
+  const Vec3 x = g.a.outermost - g.b.outermost;
+  std::array<Vec3, 2> along, x_along;  // ∂c/∂e, ∂x/∂e
   for (int i = 0; i < chord.n_free; ++i) {
     const Vec2& f = chord.free[i];
-    s.along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
-    s.turn[i] = g.inverse_distance * s.along[i];
-    for (int j = 0; j <= i; ++j) {
-      of_distance(i, j) = of_distance(j, i) =
-          s.along[j].dot(s.turn[i]) +
-          g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature - f[0] * chord.free[j][0] * chord.at_a.curvature);
-      of_hold(i, j) = of_hold(j, i) = held_by * f.dot(pair.hold.along()) * chord.free[j].dot(pair.hold.along());
-    }
-    slope[i] = g.normal.dot(s.along[i]) + g.inverse_distance * f.dot(g.lean);
+    along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
+    x_along[i] = f[0] * g.a.outermost_slope - f[1] * g.b.outermost_slope;
+    s.normal[i] = g.inverse_distance * g.across(along[i]);
+    s.spin[i] = {g.a.beside.dot(s.normal[i]) + f[0] * g.normal.dot(g.a.beside_slope),
+                 g.b.beside.dot(s.normal[i]) + f[1] * g.normal.dot(g.b.beside_slope)};
+    s.of_chord[i] =
+        g.inverse_length * along[i] + g.inverse_distance * (x.dot(g.normal) * s.normal[i] - g.across(x_along[i]));
+    for (int j = 0; j <= i; ++j)
+      a(i, j) = a(j, i) = g.inverse_length * along[i].dot(along[j]) +
+                          g.share * g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
+                                                 f[0] * chord.free[j][0] * chord.at_a.curvature) +
+                          held_by * f.dot(pair.hold.along()) * chord.free[j].dot(pair.hold.along()) +
+                          x.dot(g.normal) * s.normal[i].dot(s.normal[j]) - s.normal[i].dot(x_along[j]) -
+                          s.normal[j].dot(x_along[i]) - g.a.curvature * s.spin[i][0] * s.spin[j][0] -
+                          g.b.curvature * s.spin[i][1] * s.spin[j][1];
   }
-  Eigen::Matrix2d a = of_distance + of_hold;
-  if (chord.n_free == 1) a(1, 1) = 1;
   // A valley that is level to round-off holds no foot.
-  const double steep = g.inverse_distance * (chord.at_a.tangent.squaredNorm() + chord.at_b.tangent.squaredNorm());
+  const double steep = g.inverse_length * (chord.at_a.tangent.squaredNorm() + chord.at_b.tangent.squaredNorm());
   if (std::abs(a.determinant()) < 1e-12 * (chord.n_free == 2 ? steep * steep : steep)) return s;
   s.n = chord.n_free;
   s.inverse = a.inverse();
-  s.bend = s.inverse + s.inverse * of_hold * s.inverse;
-  s.drift = s.inverse * slope;
   return s;
 }
 
@@ -101,47 +108,41 @@ void measure_at_feet(const FiberField& field, const State& state, ContactElement
                     b = see_section(field, state, e.pair.chord.b, e.radius_b, -g.normal);
   g.a = a.section;
   g.b = b.section;
-  const double d = g.normal.dot(c);
-  g.value = d - e.offset - a.size - b.size;
+  const double d = g.normal.dot(c), held = e.pair.hold.distance(e.pair.chord),
+               length = std::copysign(std::hypot(d, std::sqrt(e.pair.hold.stiffness) * held), d);
+  g.inverse_length = reliable ? 1 / length : 0;
+  g.share = reliable ? d / length : 1;
+  g.value = length - e.offset - a.size - b.size;
   const Vec3 turned = g.inverse_distance * g.across(g.a.outermost - g.b.outermost);
-  g.force_direction = g.normal - turned;
+  g.force_direction = g.share * g.normal - turned;
   g.lean = Vec2::Zero();
   if (reliable)
-    g.lean =
-        d * Vec2(turned.dot(e.pair.chord.at_a.tangent) - a.slope, -turned.dot(e.pair.chord.at_b.tangent) - b.slope);
+    g.lean = length *
+             Vec2(turned.dot(e.pair.chord.at_a.tangent) - a.slope, -turned.dot(e.pair.chord.at_b.tangent) - b.slope);
   e.normal = g.normal;
   e.s_a = e.pair.chord.a.s;
   e.s_b = e.pair.chord.b.s;
 }
 
-void let_feet_slide(ContactElement& e) {
-  Gap& g = e.measured;
-  g.sliding = sliding(g, e.pair);
-  for (int i = 0; i < g.sliding.n; ++i) g.force_direction -= g.sliding.drift[i] * g.sliding.turn[i];
-}
-
-/// Brings the feet to where the gap is lowest, or those that are held to where their hold has them, and measures there.
+/// Brings the feet to where the gap is lowest, and measures there. By Newton's method on what leans on the chord, as
+/// sections tilt against it when a foot moves.
 void find_feet(const FiberField& field, const State& state, ContactElement& e) {
-  // Sections tilt against the chord as a foot leaves the lowest point, which is as steep as the chord itself: half of
-  // the way at first, then as far as the last round tells (Aitken's relaxation).
   constexpr int most_rounds = 20;
   constexpr double settled = 1e-9;
-  double relaxation = 0.5;
-  Vec2 before = Vec2::Zero();
   for (int round = 0; round < most_rounds; ++round) {
     follow(field, state, e.pair);
     measure_at_feet(field, state, e);
-    if (e.pair.hold.stiffness > 0) return;
-    Vec2 rest = Vec2::Zero();  // of what feet that are free feel
-    for (int i = 0; i < e.pair.chord.n_free; ++i) {
-      const Vec2& f = e.pair.chord.free[i];
-      rest += f * (f.dot(e.measured.lean - e.pair.lean) / f.squaredNorm());
-    }
-    if (rest.norm() <= settled * e.pair.chord.c.norm()) return;
-    if (const Vec2 change = rest - before; round > 0 && change.squaredNorm() > 0)
-      relaxation = std::clamp(-relaxation * before.dot(change) / change.squaredNorm(), 0.1, 2.0);
-    before = rest;
-    e.pair.lean += relaxation * rest;
+    const Gap& g = e.measured;
+    const Chord& chord = e.pair.chord;
+    e.measured.sliding = sliding(g, e.pair);
+    Vec2 rest = Vec2::Zero();  // of what feet that are free feel, by free directions
+    for (int i = 0; i < chord.n_free; ++i) rest[i] = chord.free[i].dot(g.lean - e.pair.lean);
+    if (rest.norm() <= settled * chord.c.norm()) return;
+    Vec2 motion = Vec2::Zero();
+    for (int i = 0; i < g.sliding.n; ++i)
+      motion += chord.free[i] * g.inverse_length * g.sliding.inverse.row(i).dot(rest);
+    const Vec2 along = e.pair.hold.along();
+    e.pair.lean += chord.hessian() * motion + e.pair.hold.stiffness * along * along.dot(motion);
   }
 }
 
@@ -149,13 +150,10 @@ void find_feet(const FiberField& field, const State& state, ContactElement& e) {
 
 void measure(const FiberField& field, const State& state, ContactElement& e) {
   measure_at_feet(field, state, e);
-  let_feet_slide(e);
+  e.measured.sliding = sliding(e.measured, e.pair);
 }
 
-void follow(const FiberField& field, const State& state, ContactElement& e) {
-  find_feet(field, state, e);
-  let_feet_slide(e);
-}
+void follow(const FiberField& field, const State& state, ContactElement& e) { find_feet(field, state, e); }
 
 void place_particles(const FiberField& field, ContactElement& e) {
   const Foot &a = e.pair.chord.a, &b = e.pair.chord.b;
@@ -210,27 +208,31 @@ bool touches(const FiberPoint& a, const FiberPoint& b, const Assembler& assemble
          assembler.touches(b.first_node, b.first_node + b.n_nodes - 1);
 }
 
+/// How a section turns about its centre against the normal: what moves the particle that is outermost along its
+/// outline.
+LocalForms::Form spin_form(const LocalForms& local, const Gap& g, int side) {
+  const Gap::Section& section = side == 0 ? g.a : g.b;
+  LocalForms::Form spin = local.zero();
+  local.add_section(spin, side, Vec2(-section.w[1], section.w[0]), g.normal);
+  LocalForms::add_chord(spin, g.inverse_distance * g.across(section.beside));
+  return spin;
+}
+
 /// The forms B_e of how the feet slide.
-std::array<LocalForms::Form, 2> sliding_forms(const ContactElement& e, const LocalForms& local) {
+std::array<LocalForms::Form, 2> sliding_forms(const ContactElement& e, const LocalForms& local,
+                                              const std::array<LocalForms::Form, 2>& spin) {
   std::array<LocalForms::Form, 2> b{local.zero(), local.zero()};
   const Gap& g = e.measured;
   for (int i = 0; i < g.sliding.n; ++i) {
     const Vec2& f = e.pair.chord.free[i];
-    LocalForms::position(b[i], 1) = g.sliding.turn[i];
-    LocalForms::position(b[i], 0) = -g.sliding.turn[i];
-    LocalForms::tangent(b[i], 0) = -f[0] * g.normal;
-    LocalForms::tangent(b[i], 1) = f[1] * g.normal;
+    LocalForms::add_chord(b[i], g.sliding.of_chord[i]);
+    LocalForms::tangent(b[i], 0) = -f[0] * g.share * g.normal;
+    LocalForms::tangent(b[i], 1) = f[1] * g.share * g.normal;
+    local.add_section(b[i], 0, e.radius_a * g.a.w, -g.sliding.normal[i]);
+    local.add_section(b[i], 1, e.radius_b * g.b.w, g.sliding.normal[i]);
+    b[i] -= g.a.curvature * g.sliding.spin[i][0] * spin[0] + g.b.curvature * g.sliding.spin[i][1] * spin[1];
   }
   return b;
-}
-
-/// form += direction·δc, of the chord between feet that slide.
-void add_sliding_chord(const Gap::Sliding& sliding, const std::array<LocalForms::Form, 2>& b, const Vec3& direction,
-                       LocalForms::Form& form) {
-  LocalForms::position(form, 1) += direction;
-  LocalForms::position(form, 0) -= direction;
-  for (int i = 0; i < sliding.n; ++i)
-    for (int j = 0; j < sliding.n; ++j) form -= direction.dot(sliding.along[i]) * sliding.inverse(i, j) * b[j];
 }
 
 }  // namespace
@@ -241,15 +243,11 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
   const LocalForms local(field, e.pair.chord.a, e.pair.chord.b);
   if (!local.touches(assembler)) return;
   const Gap& g = e.measured;
-  const Gap::Sliding& slide = g.sliding;
   const Vec3 &n = g.normal, x = g.a.outermost - g.b.outermost;
-  const std::array<LocalForms::Form, 2> b = sliding_forms(e, local);
 
-  // δg = n·δc − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b) − z·B,  δn = P δc/(n·c).
+  // δg = c·δc/(±D) − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b),  δn = P δc/(n·c).
   LocalForms::Form gradient = local.zero();
-  for (int i = 0; i < slide.n; ++i) gradient -= slide.drift[i] * b[i];
-  LocalForms::position(gradient, 1) = g.force_direction;
-  LocalForms::position(gradient, 0) = -g.force_direction;
+  LocalForms::add_chord(gradient, g.force_direction);
   local.add_section(gradient, 0, e.radius_a * g.a.w, -n);
   local.add_section(gradient, 1, e.radius_b * g.b.w, n);
   local.scatter_force(-f * gradient, assembler);
@@ -257,38 +255,28 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
 
   LocalForms::Matrix k = local.zero_matrix();
   LocalForms::add_square(gradient, e.stiffness(p_reg), k);
-  // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure. Left
-  // out is how the feet slide as sections change, of the order of a section's strain per radius.
-  const bool exact = assembler.tangent() == Assembler::Tangent::exact && g.inverse_distance != 0;
-  const auto add_outline = [&](int side, const Gap::Section& section) {
-    if (section.curvature == 0) return;
-    LocalForms::Form turn = local.zero();
-    local.add_section(turn, side, Vec2(-section.w[1], section.w[0]), n);
-    if (exact) add_sliding_chord(slide, b, g.inverse_distance * g.across(section.beside), turn);
-    LocalForms::add_square(turn, f * section.curvature, k);
-  };
-  add_outline(0, g.a);
-  add_outline(1, g.b);
-  if (exact) {
-    // The normal turns with the chord, which the feet follow. Of the distance itself that takes from the curvature,
-    // below.
+  // −f δ²g. First what is positive: the outline's curvature, which keeps sections from spinning under pressure.
+  const std::array<LocalForms::Form, 2> spin{spin_form(local, g, 0), spin_form(local, g, 1)};
+  LocalForms::add_square(spin[0], f * g.a.curvature, k);
+  LocalForms::add_square(spin[1], f * g.b.curvature, k);
+  if (assembler.tangent() == Assembler::Tangent::exact && g.inverse_distance != 0) {
+    // The normal turns with the chord.
     const Vec3 e1 = n.unitOrthogonal(), e2 = n.cross(e1);
     const double by_outlines = x.dot(n) * g.inverse_distance * g.inverse_distance;
     for (const Vec3& across : {e1, e2}) {
-      LocalForms::Form chord = local.zero(), sliding_chord = local.zero(), sections = local.zero();
-      LocalForms::position(chord, 1) = across;
-      LocalForms::position(chord, 0) = -across;
-      LocalForms::add_square(chord, -f * g.inverse_distance, k);
+      LocalForms::Form chord = local.zero(), sections = local.zero();
+      LocalForms::add_chord(chord, across);
+      LocalForms::add_square(chord, -f * (g.inverse_length + by_outlines), k);
       if (by_outlines == 0) continue;  // rods
-      add_sliding_chord(slide, b, across, sliding_chord);
       local.add_section(sections, 0, e.radius_a * g.a.w, across);
       local.add_section(sections, 1, e.radius_b * g.b.w, -across);
-      LocalForms::add_square(sliding_chord, -f * by_outlines, k);
-      LocalForms::add_product(sliding_chord, sections, f * g.inverse_distance, k);
+      LocalForms::add_product(chord, sections, f * g.inverse_distance, k);
     }
-    for (int i = 0; i < slide.n; ++i) {
-      LocalForms::add_square(b[i], f * slide.bend(i, i), k);
-      for (int j = 0; j < i; ++j) LocalForms::add_product(b[i], b[j], f * slide.bend(i, j), k);
+    // The feet slide: B A⁻¹ B off δ²g.
+    const std::array<LocalForms::Form, 2> b = sliding_forms(e, local, spin);
+    for (int i = 0; i < g.sliding.n; ++i) {
+      LocalForms::add_square(b[i], f * g.sliding.inverse(i, i), k);
+      for (int j = 0; j < i; ++j) LocalForms::add_product(b[i], b[j], f * g.sliding.inverse(i, j), k);
     }
   }
   local.scatter_tangent(k, assembler);

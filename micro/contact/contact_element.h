@@ -99,12 +99,12 @@ struct ContactHistory {
 };
 
 /// The gap of a pair at one state, and what its derivatives need:
-///   g = n·c − R_a |w_a| − R_b |w_b| − offset,   c = r_b − r_a,  n = ±c/|c|,  w = (n·g₁, n·g₂).
+///   g = ±D − R_a |w_a| − R_b |w_b| − offset,   c = r_b − r_a,  n = ±c/|c|,  w = (n·g₁, n·g₂),
+/// D = |c|, for feet that are held (Hold) √(|c|² + η (τ − τ₀)²).
 /// R |w| is the support function of a section in direction n: its outline may turn without changing the gap. (With
 /// particles fixed on the outline instead, a squeezed fiber gains energy by spinning out of the way, which only torsion
 /// resists.) The feet are where g is stationary: they slide along with the fibers, and δg is as if they did not, so
-/// that forces know neither of the curvatures of the fibers, which jump at their nodes, nor of where fibers end. Feet
-/// that are held (Hold) are where what holds them and |c| are.
+/// that forces know neither of the curvatures of the fibers, which jump at their nodes, nor of where fibers end.
 struct Gap {
   /// Of one side; all zero for rods, whose radius is in the offset.
   struct Section {
@@ -112,21 +112,22 @@ struct Gap {
     double curvature = 0;           ///< R/|w|
     Vec3 outermost = Vec3::Zero();  ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
     Vec3 beside = Vec3::Zero();     ///< (−w₂ g₁ + w₁ g₂)/|w|
+    Vec3 outermost_slope = Vec3::Zero(), beside_slope = Vec3::Zero();  ///< of these particles, by arc length
   };
-  /// How the feet slide along their free directions e: with d = n·c, F = ½|c|² and what holds them, over d, the forms
-  /// B_e = δ(∂F/∂e) and A = ∂²F/∂e∂e', by δs = −A⁻¹ B.
+  /// How the feet slide along their free directions e: by δs = −A⁻¹ B with A = ∂²g/∂e∂e' and the forms B_e = δ(∂g/∂e).
   struct Sliding {
     int n = 0;
-    std::array<Vec3, 2> along;                          ///< ∂c/∂e
-    std::array<Vec3, 2> turn;                           ///< the part of B_e that goes with δc
+    std::array<Vec3, 2> of_chord;                       ///< the part of B_e that goes with δc
+    std::array<Vec3, 2> normal;                         ///< ∂n/∂e
+    std::array<Vec2, 2> spin;                           ///< by which the sections of a and b turn about their centres
     Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();  ///< A⁻¹
-    Eigen::Matrix2d bend = Eigen::Matrix2d::Zero();  ///< 2A⁻¹ − A⁻¹ A_d A⁻¹, A_d of d alone: δ²d = … − B·bend B
-    Vec2 drift = Vec2::Zero();  ///< z = A⁻¹ ∂g/∂e: what B takes off δg of feet that are held
   };
   double value = 0;
   Vec3 normal = Vec3::UnitZ();  ///< n, from a to b
   double inverse_distance = 0;  ///< 1/(n·c); 0 where axes are so close that the normal is held
-  Vec2 lean = Vec2::Zero();     ///< d ∂(g − d)/∂(s_a, s_b): by this feet lean away from where d is stationary
+  double inverse_length = 0;    ///< 1/(±D), likewise
+  double share = 1;             ///< |c|/D
+  Vec2 lean = Vec2::Zero();     ///< ±D ∂(g ∓ D)/∂(s_a, s_b): by this feet lean away from where D is stationary
   Section a, b;
   Sliding sliding;
   /// m of the force f m on b: δg = m·δc where sections move with their centres. Normal to the outlines; it differs from

@@ -45,6 +45,11 @@ class LocalForms {
   /// Coefficients of δr and δr' of side 0 (a) or 1 (b).
   [[nodiscard]] static auto position(Form& form, int side) { return form.segment<3>(6 * side); }
   [[nodiscard]] static auto tangent(Form& form, int side) { return form.segment<3>(6 * side + 3); }
+  /// form += direction·δc, c = r_b − r_a.
+  static void add_chord(Form& form, const Vec3& direction) {
+    position(form, 0) -= direction;
+    position(form, 1) += direction;
+  }
   /// form += direction·(v₁ δg₁ + v₂ δg₂); nothing for rods.
   void add_section(Form& form, int side, const Vec2& v, const Vec3& direction) const {
     if (shape_[side].n_vectors < 3) return;

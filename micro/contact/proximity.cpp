@@ -273,7 +273,11 @@ std::optional<Proximity> make_point(const FiberField& field, const State& state,
   if (share < least_share) return std::nullopt;
   // What the valley lacks to the curvature that makes a point of it.
   const double steep = rise_of_points * smaller_radius(field, a.fiber, b.fiber) / rise_over_half_spacing(1, spacing);
-  const double held_by = std::max(0.0, steep - valley_curvature(*chord, sense, 0.5 * sum)) * chord->c.norm();
+  // Sections that tilt against the chord as the feet slide can make a valley of the gap shallower than the distance's.
+  const bool has_sections =
+      field.model(a.fiber) == FiberModel::enriched || field.model(b.fiber) == FiberModel::enriched;
+  const double least = has_sections ? std::max(steep, 0.25 / sum) : steep;
+  const double held_by = std::max(0.0, least - valley_curvature(*chord, sense, 0.5 * sum)) * chord->c.norm();
   return Proximity{*chord,
                    share * covered * sum,
                    share,
@@ -286,7 +290,7 @@ bool is_nearest_around(const Near* begin, const Near* end, const Near& n) {
   const auto key = [](const Near& m) { return std::make_pair(m.a->number, m.b->number); };
   for (Index i = n.a->number - 1; i <= n.a->number + 1; ++i) {
     const auto first = std::make_pair(i, n.b->number - 1), last = std::make_pair(i, n.b->number + 1);
-    for (auto m = std::lower_bound(begin, end, first, [&](const Near& x, const auto& k) { return key(x) < k; });
+    for (auto m = std::lower_bound(begin, end, first, [&](const Near&x, const auto&k) { return key(x) < k; });
          m != end && key(*m) <= last; ++m)
       if (m->distance < n.distance) return false;
   }
