@@ -36,10 +36,24 @@ BuriedEnds find_free_buried_ends(const StageModel& model, const State& state, co
   return found;
 }
 
+std::string held_back(const Stage& stage, bool is_last) {
+  if (stage.proximal_end == 0) return {};
+  if (!stage.separate_yarns)
+    return fmt::format(
+        "stage {}: a proximal term (proximal_end = {:g}) holds fibers back to the end, and changes the forces of "
+        "increments on the way",
+        stage.name, stage.proximal_end);
+  if (!is_last) return {};
+  return fmt::format(
+      "stage {} is the last one and ends while yarns are being parted, not in equilibrium: contact has not taken over "
+      "yet, and a proximal term holds fibers back",
+      stage.name);
+}
+
 std::string describe_failure(const StageModel& model, const Stage& stage, const StageOutcome& outcome) {
   const std::string what =
       fmt::format("stage {} at stage time {:.4f}: {}", stage.name, outcome.stage_time, outcome.reason);
-  const std::string end = "; the smallest allowed increment failed";
+  const std::string end = outcome.hopeless ? "" : "; the smallest allowed increment failed";
   if (!outcome.worst_dof) return what + end;
   return what + ", near " + model.describe_dof(*outcome.worst_dof) + end +
          ". Try more increments in this stage, a larger proximal term, a larger solver.max_newton_iterations or a "

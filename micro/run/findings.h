@@ -23,6 +23,9 @@ struct BuriedEnds {
 };
 [[nodiscard]] BuriedEnds find_free_buried_ends(const StageModel& model, const State& state, const Assembly& assembly);
 
+/// What a stage leaves unsaid that holds fibers back to its end; empty where it does not.
+[[nodiscard]] std::string held_back(const Stage& stage, bool is_last);
+
 /// Why a stage gave up, where, and what to try.
 [[nodiscard]] std::string describe_failure(const StageModel& model, const Stage& stage, const StageOutcome& outcome);
 

@@ -44,7 +44,7 @@ class StageRun {
     StageDriver driver;
     driver.log = run_.options.log;
     driver.stop = [this] { return run_.stop_requested(); };
-    driver.slack = [this](double to) { return tolerance_factor(stage_, to); };
+    driver.slack = [this](double to) { return tolerance_factor(stage_, is_last(), to); };
     driver.motion = [this](const State& state, double from, double to) { return model_.motion(state, from, to); };
     driver.accepted = [&](const State& accepted, const IncrementReport& report) {
       book(std::exchange(before, accepted), accepted, report.stage_time);
@@ -63,6 +63,8 @@ class StageRun {
   }
 
  private:
+  [[nodiscard]] bool is_last() const { return index_ + 1 == run_.scene.stages.size(); }
+
   /// Whether the next increment would go beyond a turn of a drive.
   [[nodiscard]] bool passes_a_turn() const {
     constexpr double hair = 1e-9;
@@ -161,6 +163,7 @@ class StageRun {
     summary.n_crossings = crossings.n;
     summary.n_crossings_ok = crossings.n_in_order;
     summary.crossing_order_ok = crossings.n_in_order == crossings.n;
+    if (const std::string text = held_back(stage_, is_last()); !text.empty()) run_.warn(text);
     if (!model_.contact) return;
     const BuriedEnds ends = find_free_buried_ends(model_, at_.state, run_.assembly);
     summary.n_buried_ends = ends.n;

@@ -93,11 +93,11 @@ LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, cons
           .prediction_cap = model.contact ? scene.solver.step_cap * smallest_radius(model) : 0};
 }
 
-double tolerance_factor(const Stage& stage, double to) {
+double tolerance_factor(const Stage& stage, bool is_last, double to) {
   // Fibers that are still being damped are on their way, not in equilibrium.
   constexpr double on_the_way = 1e3;
-  const bool is_damped = stage.proximal_start > 0 && (to < 1 || stage.proximal_end > 0);
-  return is_damped ? on_the_way : 1;
+  const bool ends_at_rest = stage.proximal_end == 0 || (is_last && !stage.separate_yarns);
+  return stage.proximal_start > 0 && (to < 1 || !ends_at_rest) ? on_the_way : 1;
 }
 
 }  // namespace trame::micro

@@ -11,6 +11,6 @@ namespace trame::micro {
 [[nodiscard]] NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std::function<bool()> stop);
 [[nodiscard]] LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, const StageModel& model);
 /// Tolerances of an increment to stage time `to` over those of equilibria.
-[[nodiscard]] double tolerance_factor(const Stage& stage, double to);
+[[nodiscard]] double tolerance_factor(const Stage& stage, bool is_last, double to);
 
 }  // namespace trame::micro

@@ -39,6 +39,9 @@ class Effect {
   /// Fibers have travelled so far in this step that contact is about to be looked for again: hold them back, if that
   /// is what the effect is for.
   virtual void hold_back() {}
+  /// Holds fibers at `state`, an equilibrium, from now on, not where the step began. Returns true if it holds them at
+  /// all, so that without it there may be no equilibrium.
+  [[nodiscard]] virtual bool hold_at(const State& /*state*/) { return false; }
   /// Adds the couplings between nodes that `add` may use until the next `update`, or `follow` that returns true.
   virtual void add_sparsity(Pattern::Builder& builder) const = 0;
   /// Adds the gradient and, where wanted, the tangent at `state` for the items that touch owned nodes.

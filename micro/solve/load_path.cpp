@@ -17,7 +17,8 @@ struct Attempt {
   bool accepted = false;
   std::string reason;
   std::optional<Index> worst_dof;
-  bool refused = false;  // an equilibrium that is inadmissible
+  bool refused = false;   // an equilibrium that is inadmissible
+  bool hopeless = false;  // smaller increments would not help
 };
 
 /// What a stage works with.
@@ -54,6 +55,18 @@ bool is_stiff_enough(const Tools& tools, double slack, const State& state, Incre
   return enough;
 }
 
+/// Whether an equilibrium is one without what holds fibers back, too; holds them at `state` from now on where it is
+/// not.
+bool is_free(const Tools& tools, const PrescribedMotion& motion, double slack, const State& state) {
+  if (slack > 1) return true;
+  bool held = false;
+  for (const auto& effect : tools.effects) held = effect->hold_at(state) || held;
+  if (!held) return true;
+  const Residual r = tools.newton.evaluate(tools.effects, motion, state, false);
+  tools.log(fmt::format("    without damping: residual {:.2e}", r.relative()));
+  return r.relative() <= tools.settings.free_tolerance && r.worst_part <= 1;
+}
+
 /// One increment: alternates contact detection and Newton's method, until all of the prescribed motion is made, the
 /// contacts of the state itself are in equilibrium, and they are stiff enough.
 Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double slack, State& state,
@@ -65,6 +78,7 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
   int n_detours = 0;     // detections because of long motions, which settle nothing
   int n_held_up = 0;     // detections because of forces that jump
   int n_undone = 0;      // equilibria that contacts found at them have undone
+  int n_holds = 0;       // equilibria that there were with damping only
   bool arrived = false;  // an equilibrium of the contacts known before
   // Contacts that come up and preloads that are raised undo an equilibrium: it is not worth much before.
   constexpr double rough = 100;
@@ -93,7 +107,17 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
       // One more solution serves both what has come up and what is too soft.
       constexpr double nearly = 1e-2;
       const bool stiff = renewed > nearly || is_stiff_enough(tools, slack, state, report);
-      if (settled && stiff) return {true, "", {}};
+      if (settled && stiff) {
+        if (is_free(tools, motion, slack, state)) return {true, "", {}};
+        if (++n_holds > settings.max_holds)
+          return {.accepted = false,
+                  .reason =
+                      "what the proximal term holds back does not come to rest where the stage ends; friction, or "
+                      "drives that hold it, may be missing",
+                  .worst_dof = std::nullopt,
+                  .refused = false,
+                  .hopeless = true};
+      }
       if (stiff) roughness = 1;
       if (!settled && !was_rough && ++n_undone > settings.max_geometry_updates)
         return {false, fmt::format("contacts do not settle (relative residual {:.1e})", report.residual), r.worst_dof};
@@ -189,8 +213,8 @@ StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSet
       ++report.n_cuts;
       size = cut * (to - time);
       tools.log(fmt::format("  cut: {}", attempt.reason));
-      if (size < settings.min_increment)
-        return {StageOutcome::Status::gave_up, failure.reason, time, failure.worst_dof};
+      if (attempt.hopeless || size < settings.min_increment)
+        return {StageOutcome::Status::gave_up, failure.reason, time, failure.worst_dof, attempt.hopeless};
       continue;
     }
     report.unstable = newton.seen_unstable(effects, motion, trial);

@@ -18,8 +18,10 @@ struct LoadPathSettings {
   double min_increment = 0;       ///< of stage time
   double prediction_cap = 0;      ///< largest motion of a first guess, in the unit of length
 
-  int max_detours = 60;      ///< detections in an increment on the way, where fibers move far
-  int max_stiffenings = 12;  ///< of penalties and preloads in an increment
+  int max_detours = 60;          ///< detections in an increment on the way, where fibers move far
+  double free_tolerance = 1e-5;  ///< residual without a proximal term, at the end of a stage that has one
+  int max_holds = 50;            ///< times that fibers are held anew where they have been found to move on
+  int max_stiffenings = 12;      ///< of penalties and preloads in an increment
 };
 
 /// What the solver did for one increment.
@@ -65,7 +67,8 @@ struct StageOutcome {
   std::string reason;     ///< why it gave up
   double stage_time = 0;  ///< reached
   std::optional<Index>
-      worst_dof;  ///< where the residual of the last failure is largest; nothing where `reason` says where
+      worst_dof;          ///< where the residual of the last failure is largest; nothing where `reason` says where
+  bool hopeless = false;  ///< gave up before the smallest allowed increment, which would not help
 };
 
 /// Begins a step to stage time `to` at `state`, with what there is to act on at that state.

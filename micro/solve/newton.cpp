@@ -453,7 +453,7 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
   lowest_residual_ = std::numeric_limits<double>::infinity();
   n_capped_ = 0;
   bool last_taken_whole = true;
-  constexpr int max_renewals = 3;
+  constexpr int max_renewals = 6;
   int n_stuck = 0;  // steps of which next to nothing was taken, one after the other
   for (;; ++outcome.n_iterations) {
     // Limits of friction go with the forces, but do not run after them for ever.

@@ -3,6 +3,7 @@
 /// Proximal (viscous) term ½ η Σ |r − r_n|² on positions: what keeps steps small while yarns are far from equilibrium.
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "micro/solve/effect.h"
@@ -21,7 +22,8 @@ class Proximal final : public Effect {
 
   [[nodiscard]] std::string_view name() const override { return "proximal damping"; }
   void begin_step(const State& start, double stage_time) override {
-    start_state_ = start;
+    held_at_ = start;
+    book_ = book_n_;
     const auto& [first_node, first, end] = settings_;
     const double last = end > 0 ? end : last_share * first;
     eta_ = stage_time >= 1 && end == 0 ? 0 : first * std::pow(last / first, stage_time);
@@ -33,13 +35,18 @@ class Proximal final : public Effect {
     ++n_detours_;
     if (n_detours_ > free_detours && n_detours_ <= free_detours + max_doublings) eta_ *= 2;
   }
+  [[nodiscard]] bool hold_at(const State& state) override {
+    enter(state);
+    held_at_ = state;
+    return eta_ > 0;
+  }
   void add_sparsity(Pattern::Builder&) const override {}
   void add(const State& state, Assembler& assembler) const override {
     if (eta_ == 0) return;
     for (Index n = settings_.first_node; n < layout_.n_nodes(); ++n) {
       if (!assembler.owns(n)) continue;
       const Index v = layout_.first_vector(n);
-      assembler.add_force(n, 0, eta_ * (state.q[v] - start_state_.q[v]));
+      assembler.add_force(n, 0, eta_ * (state.q[v] - held_at_.q[v]));
       if (!assembler.wants_tangent()) continue;
       const auto block = assembler.block(n, n);
       for (int c = 0; c < 3; ++c) block.data[static_cast<std::size_t>(c) * block.stride + c] += eta_;
@@ -48,44 +55,54 @@ class Proximal final : public Effect {
   [[nodiscard]] double energy(const State& state) const override {
     double sum = 0;
     for (Index n = settings_.first_node; n < layout_.n_nodes() && eta_ > 0; ++n)
-      sum += (state.q[layout_.first_vector(n)] - start_state_.q[layout_.first_vector(n)]).squaredNorm();
+      sum += (state.q[layout_.first_vector(n)] - held_at_.q[layout_.first_vector(n)]).squaredNorm();
     return 0.5 * eta_ * sum;
   }
   /// It stores nothing: what its force takes, which goes from that of the last step to that of this one, is gone.
   [[nodiscard]] Ledger ledger(const State&) const override {
     Ledger ledger;
-    ledger[Sink::damping] = dissipated_;
+    ledger[Sink::damping] = book_n_.dissipated;
     return ledger;
   }
   void commit(const State& state) override {
-    force_n_.resize(layout_.n_nodes(), Vec3::Zero());
-    for (Index n = settings_.first_node; n < layout_.n_nodes(); ++n) {
-      const Vec3 motion = state.q[layout_.first_vector(n)] - start_state_.q[layout_.first_vector(n)];
-      const Vec3 force = eta_ * motion;
-      dissipated_ += 0.5 * (force_n_[n] + force).dot(motion);
-      force_n_[n] = force;
-    }
+    enter(state);
+    book_n_ = book_;
   }
 
   void keep(Archive& archive) override {
-    archive(dissipated_, force_n_);
-    archive.require(force_n_.empty() || force_n_.size() == static_cast<std::size_t>(layout_.n_nodes()),
+    auto& [dissipated, force] = book_n_;
+    archive(dissipated, force);
+    archive.require(force.empty() || force.size() == static_cast<std::size_t>(layout_.n_nodes()),
                     "forces of other fibers");
   }
 
   [[nodiscard]] double eta() const { return eta_; }
 
  private:
+  struct Book {
+    double dissipated = 0;
+    std::vector<Vec3> force;  // of each node, at the last state that was entered
+  };
+  /// Enters the motion to `state`.
+  void enter(const State& state) {
+    auto& [dissipated, force] = book_;
+    force.resize(layout_.n_nodes(), Vec3::Zero());
+    for (Index n = settings_.first_node; n < layout_.n_nodes(); ++n) {
+      const Vec3 motion = state.q[layout_.first_vector(n)] - held_at_.q[layout_.first_vector(n)];
+      const Vec3 force_before = std::exchange(force[n], eta_ * motion);
+      dissipated += 0.5 * (force_before + force[n]).dot(motion);
+    }
+  }
+
   static constexpr double last_share = 1e-3;
   static constexpr int free_detours = 4, max_doublings = 10;
 
   const Layout& layout_;
   Settings settings_;
   double eta_ = 0;
-  int n_detours_ = 0;  // in this step
-  double dissipated_ = 0;
-  std::vector<Vec3> force_n_;  // of each node, at the last accepted step
-  State start_state_;
+  int n_detours_ = 0;   // in this step
+  Book book_n_, book_;  // of the last accepted step, and of this one
+  State held_at_;
 };
 
 }  // namespace trame::micro

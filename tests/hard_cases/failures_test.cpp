@@ -198,5 +198,41 @@ TEST(Failures, CrushedFiberEndsAtItsLimitWithTheLastGoodState) {
   }
 }
 
+/// A cantilever that is bent by a force at its tip and held back to the end.
+Scene held_back(const std::vector<Drive>& drives, double share) {
+  Scene scene = cantilever(FiberModel::rod, 0, 40, 10);
+  Stage bend = stage_with("bend", 2, drives);
+  bend.proximal_start = bend.proximal_end = share;
+  scene.stages = {bend};
+  return scene;
+}
+
+TEST(Failures, TheLastStageEndsInEquilibriumWhateverHoldsFibersBack) {
+  const std::vector<Drive> drives = {force("tip", BodyDof::z, 1e-5), force("tip", BodyDof::ry, 0)};
+  Scene free = held_back(drives, 0);
+  const RunResult right = run_scene(free);
+  expect_done(right);
+  const RunResult held = run_scene(held_back(drives, 1e-4));
+  expect_done(held);
+  ASSERT_EQ(held.increments.size(), right.increments.size());
+  const double on_the_way = held.increments[1].fibers.r.back().z() / right.increments[1].fibers.r.back().z();
+  measured(fmt::format("deflection held back over free: on the way {:.3f}, at the end {:.5f}", on_the_way,
+                       held.tip().z() / right.tip().z()));
+  EXPECT_LT(on_the_way, 0.9);
+  EXPECT_NEAR(held.tip().z(), right.tip().z(), 2e-4 * right.tip().z());
+  EXPECT_TRUE(right.summary.warnings.empty());
+  ASSERT_EQ(held.summary.warnings.size(), 1u);
+  EXPECT_NE(held.summary.warnings[0].find("stage bend: a proximal term (proximal_end = 0.0001)"), std::string::npos);
+}
+
+TEST(Failures, FibersThatOnlyAProximalTermHoldsAreNoEquilibrium) {
+  Scene scene = held_back({force("tip", BodyDof::x, 1e-3), force("wall", BodyDof::x, 0)}, 1e-6);
+  const RunResult result = run_scene(scene);
+  expect_clear_status(result);
+  EXPECT_FALSE(result.done());
+  EXPECT_NE(result.summary.message.find("does not come to rest"), std::string::npos) << result.summary.message;
+  EXPECT_EQ(result.summary.message.find("smallest allowed increment"), std::string::npos) << result.summary.message;
+}
+
 }  // namespace
 }  // namespace trame::micro
