@@ -17,6 +17,7 @@ import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 from judge import verdict  # noqa: E402
 from scene_text import Scene  # noqa: E402
+from states import Mesh, State  # noqa: E402
 
 TIGHT = {"force_tolerance": 1e-9, "geometry_tolerance": 1e-7, "max_geometry_updates": 20}
 R = 10.0
@@ -65,6 +66,42 @@ def loop():
     return scene
 
 
+def weave():
+    """A weave without stages, of named yarns: two rods beside each other, and a beam of another radius."""
+    return """title = "weave"
+[material.m]
+model = "isotropic"
+young_modulus = "3 GPa"
+poisson_ratio = 0.3
+[fiber_type.thin]
+material = "m"
+diameter = "20 um"
+model = "rod"
+[fiber_type.thick]
+material = "m"
+diameter = "30 um"
+model = "enriched"
+[yarn.A]
+fiber_type = "thin"
+fibers = 2
+[yarn.B]
+fiber_type = "thick"
+fibers = 1
+[weave]
+pattern = "plain"
+[weave.warp]
+order = "B A"
+yarns = 3
+sett = "60 per cm"
+[weave.weft]
+order = "A"
+yarns = 2
+sett = "60 per cm"
+[solver]
+force_tolerance = 1e-9
+"""
+
+
 class Judge(unittest.TestCase):
     binary = pathlib.Path()
 
@@ -73,12 +110,13 @@ class Judge(unittest.TestCase):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="judge_"))
         cls.states = {}
         for name, scene in (
-            ("rods", crossing("rod")),
-            ("beams", crossing("enriched", 0.3)),
-            ("loop", loop()),
+            ("rods", crossing("rod").text()),
+            ("beams", crossing("enriched", 0.3).text()),
+            ("loop", loop().text()),
+            ("weave", weave()),
         ):
             file = cls.folder / f"{name}.toml"
-            file.write_text(scene.text())
+            file.write_text(scene)
             subprocess.run(
                 [cls.binary, file, "--threads", "1", "--out", cls.folder / name],
                 check=True,
@@ -137,7 +175,7 @@ class Judge(unittest.TestCase):
             remove(file, i)
             self.sink(file, i)
 
-        for name in self.states:
+        for name in ("rods", "beams", "loop"):
             with self.subTest(name):
                 self.assertIn("fibers", self.found(name, remove))
                 self.assertLessEqual({"contacts", "fibers"}, self.found(name, remove_and_sink))
@@ -154,7 +192,7 @@ class Judge(unittest.TestCase):
         def part(file, i):
             file["contacts/gap"][self.pressing(file, i)] = np.float32(0.03 * R * 1e-6)
 
-        for name in self.states:
+        for name in ("rods", "beams", "loop"):
             with self.subTest(name):
                 self.assertEqual(self.found(name, part), {"friction"})
 
@@ -198,6 +236,25 @@ class Judge(unittest.TestCase):
             file["contacts/normal_force"][self.pressing(file, i)] *= np.float32(-1)
 
         self.assertIn("friction", self.found("rods", pull))
+
+    def test_yarns_of_a_weave_have_the_fibers_of_their_kinds(self):
+        """Warp B A B, weft A A; which fibers are rods goes by the stage, too."""
+        with h5py.File(self.states["weave"], "r") as file:
+            mesh, n = Mesh(file), int(file["n_increments"][()])
+            thick, thin = ("thick",), ("thin", "thin")
+            kinds = [mesh.fiber_table(f)[1] for f in range(mesh.n_fibers)]
+            self.assertEqual(kinds, [*thick, *thin, *thick, *thin, *thin])
+            self.assertEqual({round(r * 1e6) for r in mesh.radius}, {10, 15})
+            stages = [State(file, i, mesh) for i in range(1, n)]
+        self.assertEqual(list(dict.fromkeys(s.stage for s in stages)), ["separate", "relax", "settle"])
+        self.assertTrue(all(s.is_rod.all() for s in stages if s.stage != "settle"))
+        self.assertEqual(stages[-1].is_rod.tolist(), [k == "thin" for k in kinds])
+
+    def test_force_of_a_contact_in_a_weave(self):
+        def less(file, i):
+            file["contacts/normal_force"][self.pressing(file, i)] *= np.float32(0.8)
+
+        self.assertIn("fibers", self.found("weave", less))
 
     def test_fibers_that_passed_through_each_other(self):
         def jump(file, i):

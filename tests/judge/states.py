@@ -7,6 +7,14 @@ import h5py
 import numpy as np
 
 
+# What the program weaves by where a scene with a weave names no stages, as far as it matters here.
+CHOSEN_STAGES = [
+    {"name": "separate", "separate_yarns": True, "friction": False, "fiber_model": "rod"},
+    {"name": "relax", "fiber_model": "rod"},
+    {"name": "settle"},
+]
+
+
 def text(value):
     return value.decode() if isinstance(value, bytes) else str(value)
 
@@ -26,6 +34,10 @@ class Mesh:
         self.n_fibers = len(self.radius)
         self.body_names = [text(x) for x in file["bodies/name"][:]] if "bodies" in file else []
         self.scene = tomllib.loads(text(file["scene/text"][0]))
+        chosen = CHOSEN_STAGES if "weave" in self.scene else []
+        self.stages = {s["name"]: s for s in self.scene.get("stage", chosen)}
+        # Of each yarn, its number within its family.
+        self.number = [self.yarn_family[:y].tolist().count(k) for y, k in enumerate(self.yarn_family)]
 
     def nodes(self, fiber):
         return slice(self.first[fiber], self.first[fiber + 1])
@@ -38,10 +50,13 @@ class Mesh:
 
     def fiber_table(self, fiber):
         """The table of the scene that made a fiber, and its fiber type's name."""
-        name, scene = self.yarn_names[self.yarn[fiber]], self.scene
-        family = self.yarn_family[self.yarn[fiber]]
+        yarn, scene = self.yarn[fiber], self.scene
+        name, family = self.yarn_names[yarn], self.yarn_family[yarn]
         if family < 2:
             table = scene["weave"][("warp", "weft")[family]]
+            if "order" in table:
+                kinds = table["order"].split()
+                table = scene["yarn"][kinds[self.number[yarn] % len(kinds)]]
         else:
             table = next(t for t in scene.get("fiber", []) + scene.get("bundle", []) if t["name"] == name)
         return table, table["fiber_type"]
@@ -71,8 +86,7 @@ class State:
         self.normal_force, self.gap = take("normal_force").astype(float), take("gap").astype(float)
         self.position = take("position").astype(float).reshape(-1, 3)
         self.stands_for = take("length")
-        stages = {s["name"]: s for s in mesh.scene.get("stage", [])}
-        self.settings = stages.get(self.stage, {})
+        self.settings = mesh.stages.get(self.stage, {})
         self.is_rod = np.array([self._model(f) == "rod" for f in range(mesh.n_fibers)])
 
     def _model(self, fiber):
