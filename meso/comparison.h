@@ -12,6 +12,7 @@
 #include "meso/bands/band_survey.h"
 #include "meso/bands/shear_zones.h"
 #include "meso/continuum/continuum.h"
+#include "meso/fabric/fabric_facts.h"
 #include "meso/fiber_states.h"
 #include "meso/sections/section_pairs.h"
 #include "meso/strain/nodal_strain.h"
@@ -77,6 +78,7 @@ struct Comparison {
   StatePair pair;
   micro::Increment a, b;
   std::vector<YarnComparison> yarns;
+  std::optional<FabricFacts> fabric = std::nullopt;  ///< of B, all of its yarns; nothing where `fabric_facts` has none
 };
 
 /// Strains of all yarns from A to B on one kind of mesh.

@@ -10,3 +10,4 @@
 #pragma GCC poison YarnSections section_pairs section_pair section_means axial_strains
 #pragma GCC poison find_shear_bands survey_bands survey_orientation find_shear_zones
 #pragma GCC poison yarn_continuum exchanged_neighbours non_affine_residual
+#pragma GCC poison fabric_facts fiber_densities plan_cover

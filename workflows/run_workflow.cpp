@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "meso/strain_series.h"
+#include "workflows/report/fabric_table.h"
 #include "workflows/report/html_report.h"
 #include "workflows/workflow.h"
 
@@ -54,7 +55,12 @@ nlohmann::json analyse_yarns(YarnResults& results, const OutputDirectory& out, T
     if (pair.from != 0) results.comparisons.push_back(results.comparer.compare(pair));
   terminal.line(fmt::format("Strains of yarns: {} tetrahedra, {} saved states",
                             results.comparer.n_tets(meso::MeshKind::delaunay), n_states));
-  return yarns_json(results.states.header().mesh, last);
+  nlohmann::json json = yarns_json(results.states.header().mesh, last);
+  if (const auto& fabric = results.comparisons.back().fabric) {
+    json["fabric"] = fabric_json(*fabric);
+    terminal.line(fabric_text(*fabric));
+  }
+  return json;
 }
 
 void report(const YarnResults& results, const OutputDirectory& out, Terminal& terminal) {

@@ -97,6 +97,7 @@ class SameNumbers : public testing::Test {
     folder_ = new TemporaryFolder;
     const Outcome outcome = run(folder_->path(), {TRAME_RUN_WORKFLOW, "plain_small", "--out", "run"}, without_pictures);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    told_ = outcome.out;
     const micro::SnapshotReader states(*folder_ / "run/states.h5");
     last_ = states.n_increments() - 1;
     const std::string stage = states.read(last_).stage;
@@ -133,11 +134,11 @@ class SameNumbers : public testing::Test {
   static std::vector<Pair> pairs() { return {{"weave", 0, middle_}, {"load", middle_, last_}}; }
 
   static TemporaryFolder* folder_;
-  static std::string page_;
+  static std::string page_, told_;  ///< report and terminal
   static Index middle_, last_;
 };
 TemporaryFolder* SameNumbers::folder_ = nullptr;
-std::string SameNumbers::page_;
+std::string SameNumbers::page_, SameNumbers::told_;
 Index SameNumbers::middle_ = 0, SameNumbers::last_ = 0;
 
 /// Means of a column over the stations of a yarn.
@@ -268,6 +269,63 @@ TEST_F(SameNumbers, OfYarnsInTheSummaryAndTables) {
     for (const char* column : {"E_axial_mean", "E_axial_min", "E_axial_max"})
       EXPECT_EQ(fmt::format("{:.9g}", yarn[column].get<double>()), strains[y].at(column)) << column;
   }
+}
+
+/// Facts of the fabric: in summary.json, at the head of the report, in the terminal, and in the report of strain_post.
+TEST_F(SameNumbers, OfTheFabricInTheSummaryTheReportsAndTheTerminal) {
+  struct Fact {
+    const char *key, *name, *unit;
+    double scale;
+    int decimals;
+  };
+  const std::vector<Fact> of_fabric = {{"areal_density_kg_m2", "areal density", "g/m²", 1e3, 1},
+                                       {"thickness_m", "thickness, crown to crown", "µm", 1e6, 1},
+                                       {"outline_thickness_m", "thickness, with free edges", "µm", 1e6, 1},
+                                       {"cover_factor", "cover factor, of widths", "%", 100, 1},
+                                       {"projected_cover", "cover, projected", "%", 100, 1},
+                                       {"volume_fraction", "fiber volume fraction", "%", 100, 1}};
+  const std::vector<Fact> of_systems = {{"sett_per_m", "sett", "per cm", 1e-2, 2},
+                                        {"linear_density_kg_m", "linear density of a yarn", "tex", 1e6, 3},
+                                        {"crimp", "crimp", "%", 100, 2},
+                                        {"take_up", "take-up", "%", 100, 2},
+                                        {"width_m", "width of a yarn", "µm", 1e6, 1},
+                                        {"height_m", "height of a yarn", "µm", 1e6, 1},
+                                        {"cover", "cover", "%", 100, 1},
+                                        {"areal_density_kg_m2", "areal density", "g/m²", 1e3, 1}};
+  const nlohmann::json fabric = nlohmann::json::parse(read_text(*folder_ / "run/summary.json")).at("fabric");
+  const std::string post = read_text(*folder_ / "load/report.html");
+  const auto shown = [](const nlohmann::json& value, const Fact& fact) {
+    return fmt::format("{:.{}f}", fact.scale * value.get<double>(), fact.decimals);
+  };
+  /// The row of a table in both reports, and the line of the terminal: name, unit, then these numbers.
+  const auto expect_row = [&](const Fact& fact, const std::vector<std::string>& numbers, std::size_t of_pages) {
+    for (const std::string* page : {&page_, &post}) {
+      const auto rows = rows_of(*page, fact.name);
+      ASSERT_GT(rows.size(), of_pages) << fact.name;
+      std::vector<std::string> cells = rows[of_pages];
+      EXPECT_EQ(cells.front(), fact.unit);
+      cells.erase(cells.begin());
+      if (cells.front().empty()) cells.erase(cells.begin());
+      EXPECT_EQ(cells, numbers) << fact.name;
+      EXPECT_LT(page->find(fact.name), page->find("<nav>")) << "at the head";
+    }
+    const std::regex line(fmt::format("\n  {} +{} +{} *\n", fact.name, fact.unit, fmt::join(numbers, " +")));
+    EXPECT_TRUE(std::regex_search(told_, line)) << fact.name << " in\n" << told_;
+  };
+  for (const Fact& fact : of_fabric) expect_row(fact, {shown(fabric.at(fact.key), fact)}, 0);
+  for (const Fact& fact : of_systems) {
+    std::vector<std::string> numbers;
+    for (const char* system : {"warp", "weft"}) {
+      const nlohmann::json& facts = fabric.at(system);
+      numbers.push_back(shown(facts.at(fact.key), fact));
+      const std::string deviation = std::string(fact.key) + "_deviation";
+      if (facts.contains(deviation)) numbers.back() += " ± " + shown(facts.at(deviation), fact);
+    }
+    // "areal density" is a row of the fabric, too.
+    expect_row(fact, numbers, std::string(fact.key) == "areal_density_kg_m2" ? 1 : 0);
+  }
+  EXPECT_GT(fabric.at("areal_density_kg_m2"), 0.01);
+  EXPECT_GT(fabric.at("warp").at("crimp"), 0.001);
 }
 
 /// What a study measures of a run is what the run says of itself.

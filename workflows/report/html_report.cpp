@@ -8,6 +8,7 @@
 #include "micro/core/whole_file.h"
 #include "workflows/report/body_loads.h"
 #include "workflows/report/curve_chapters.h"
+#include "workflows/report/fabric_table.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_pictures.h"
 #include "workflows/report/report_plots.h"
@@ -99,8 +100,14 @@ std::vector<Chapter> chapters(const RunSummary& summary, const std::vector<Repor
   return result;
 }
 
-std::string page_html(const micro::SnapshotHeader& header, const RunSummary& summary,
-                      const std::vector<Chapter>& chapters) {
+/// The facts of the fabric in the last B.
+std::string facts_html(const ReportData& last) {
+  const auto& fabric = last.comparison.fabric;
+  return fabric ? fmt::format("<h3>The fabric, {}</h3>\n", last.name_b()) + fabric_html(*fabric) : "";
+}
+
+std::string page_html(const ReportData& last, const RunSummary& summary, const std::vector<Chapter>& chapters) {
+  const micro::SnapshotHeader& header = last.header;
   std::vector<Fields> parts;
   for (std::size_t i = 0; i < chapters.size(); ++i)
     parts.push_back(
@@ -110,6 +117,7 @@ std::string page_html(const micro::SnapshotHeader& header, const RunSummary& sum
                          {"origin", origin_text(header)},
                          {"size", size_text(header.mesh)},
                          {"warnings", warnings_html(summary)},
+                         {"fabric", facts_html(last)},
                          {"chapters", parts}});
 }
 
@@ -131,7 +139,7 @@ std::string write_report(const ReportInput& input) {
   // The many bodies of a weave say nothing that its curves do not.
   const std::string bodies = has_weave(header.mesh) ? "" : bodies_html(input.states, last.comparison.pair.to),
                     curves = curves_content(input, last.comparison.pair.to);
-  micro::write_whole_file(input.file, page_html(header, summary, chapters(summary, data, patch, curves, bodies)));
+  micro::write_whole_file(input.file, page_html(last, summary, chapters(summary, data, patch, curves, bodies)));
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }
 
