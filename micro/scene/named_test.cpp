@@ -10,6 +10,7 @@
 
 #include "micro/scene/stages.h"
 #include "micro/scene/weave.h"
+#include "micro/scene/weaving_stages.h"
 
 namespace trame::micro {
 
@@ -127,12 +128,41 @@ void biaxial(const NamedTest& test, StageBuilder& stage) {
   stage.strain("warp/*", BodyDof::y, weft);
 }
 
-/// The other family's ends are free.
-void uniaxial(const NamedTest& test, StageBuilder& stage) {
+/// A yarn of one rod has nothing that resists a turn of its ends about its axis.
+bool may_turn(const Scene& scene, const YarnKind& kind) {
+  return kind.n_fibers > 1 || scene.fiber_types[kind.type].model != FiberModel::rod;
+}
+
+/// The ends of the family that is not pulled.
+void release_ends(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
   const bool warp = test.along_warp.value_or(true);
-  stage.strain_sides(warp ? "warp" : "weft", *test.strain);
-  stage.release(warp ? "weft/*" : "warp/*",
-                {BodyDof::x, BodyDof::y, BodyDof::z, BodyDof::rx, BodyDof::ry, BodyDof::rz});
+  const std::string other = warp ? "weft" : "warp";
+  const YarnSystem& yarns = warp ? scene.weave->weft : scene.weave->warp;
+  const BodyDof turn = warp ? BodyDof::ry : BodyDof::rx, tilt = warp ? BodyDof::rx : BodyDof::ry;
+  stage.release(other + "/*", {BodyDof::x, BodyDof::y, BodyDof::z, tilt, BodyDof::rz});
+  if (std::all_of(yarns.kinds.begin(), yarns.kinds.end(), [&](const auto& kind) { return may_turn(scene, kind); }))
+    return stage.release(other + "/*", {turn});
+  for (Index yarn = 0; yarn < yarns.n_yarns; ++yarn)
+    if (may_turn(scene, yarns.kind_of(yarn))) stage.release(fmt::format("{}/{}/*", other, yarn + 1), {turn});
+}
+
+/// The other family's ends are free.
+void uniaxial(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
+  stage.strain_sides(test.along_warp.value_or(true) ? "warp" : "weft", *test.strain);
+  release_ends(test, scene, stage);
+}
+
+/// Ends that are let go spring into another shape, now and then at once, so that damping holds them back; the test
+/// begins when they have come to rest.
+Stage release_stage(const NamedTest& test, const Scene& scene) {
+  constexpr Index n_increments = 10;
+  StageBuilder builder(test);
+  release_ends(test, scene, builder);
+  Stage stage = builder.stage();
+  stage.name = "release";
+  stage.n_increments = n_increments;
+  stage.proximal_start = weaving_damping(*scene.weave);
+  return stage;
 }
 
 /// One end is drawn outward, the other one is free to follow through the fabric, all others are held.
@@ -209,23 +239,28 @@ void read_test_stage(const SceneValue& root, Scene& scene) {
   StageBuilder builder(test);
   switch (test.kind) {
     case NamedTestKind::biaxial: biaxial(test, builder); break;
-    case NamedTestKind::uniaxial: uniaxial(test, builder); break;
+    case NamedTestKind::uniaxial: uniaxial(test, scene, builder); break;
     case NamedTestKind::pull_out: pull_out(test, builder); break;
     case NamedTestKind::yarn_tension: yarn_tension(test, scene, builder); break;
   }
-  Stage stage = builder.stage();
+  std::vector<Stage> stages;
+  if (test.kind == NamedTestKind::uniaxial) stages.push_back(release_stage(test, scene));
+  stages.push_back(builder.stage());
   NameTable known;
-  double n_increments = stage.n_increments;
+  double n_increments = 0;
   for (const Stage& earlier : scene.stages) {
     known.add(earlier.name);
     n_increments += earlier.n_increments;
   }
+  for (Stage& stage : stages) {
+    n_increments += stage.n_increments;
+    add_new_name(*table->find("kind"), stage.name, known);
+    stage.friction = scene.contact.friction;
+    scene.stages.push_back(std::move(stage));
+  }
   if (n_increments > most_increments_in_all)
     table->fail(fmt::format("{:.0f} increments with those of all stages; must be at most {:.0f}", n_increments,
                             most_increments_in_all));
-  add_new_name(*table->find("kind"), stage.name, known);
-  stage.friction = scene.contact.friction;
-  scene.stages.push_back(std::move(stage));
 }
 
 }  // namespace trame::micro

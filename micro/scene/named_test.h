@@ -24,7 +24,7 @@ struct NamedTest {
 
 /// Adds the bodies that the test of a scene needs and the scene has not. Needs all fibers and the other bodies.
 void read_test_bodies(const SceneValue& root, Scene& scene);
-/// Adds the stage of the test after all others.
+/// Adds the stage of the test after all others; of "uniaxial" one before it, "release", that lets yarn ends go.
 void read_test_stage(const SceneValue& root, Scene& scene);
 
 }  // namespace trame::micro

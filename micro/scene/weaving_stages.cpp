@@ -46,21 +46,25 @@ std::vector<Drive> pulls(double warp, double weft) {
 
 }  // namespace
 
-std::vector<Stage> weaving_stages(const Scene& scene) {
-  constexpr double radii_an_increment = 1.0 / 3, pull_share = 5e-5, later_share = 0.1;
-  constexpr Index few_fibers = 12, least_increments = 12, most_increments = 100;
-  const Weave& weave = *scene.weave;
-  double radius = std::numeric_limits<double>::infinity();
+double weaving_damping(const Weave& weave) {
+  constexpr Index few_fibers = 12;
   Index most_fibers = 0;
   for (const YarnSystem* yarns : {&weave.warp, &weave.weft})
-    for (const YarnKind& kind : yarns->kinds) {
-      radius = std::min(radius, radius_of(scene, kind));
-      most_fibers = std::max(most_fibers, kind.n_fibers);
-    }
+    for (const YarnKind& kind : yarns->kinds) most_fibers = std::max(most_fibers, kind.n_fibers);
+  return most_fibers > few_fibers ? 1e-2 : 1e-3;
+}
+
+std::vector<Stage> weaving_stages(const Scene& scene) {
+  constexpr double radii_an_increment = 1.0 / 3, pull_share = 5e-5, later_share = 0.1;
+  constexpr Index least_increments = 12, most_increments = 100;
+  const Weave& weave = *scene.weave;
+  double radius = std::numeric_limits<double>::infinity();
+  for (const YarnSystem* yarns : {&weave.warp, &weave.weft})
+    for (const YarnKind& kind : yarns->kinds) radius = std::min(radius, radius_of(scene, kind));
   const double rise = 0.5 * (height(scene, weave.warp) + height(scene, weave.weft)) + 2 * radius;
   const double warp = rounded(pull_share * axial_stiffness(scene, weave.warp)),
                weft = rounded(pull_share * axial_stiffness(scene, weave.weft));
-  const double damping = most_fibers > few_fibers ? 1e-2 : 1e-3;
+  const double damping = weaving_damping(weave);
 
   Stage separate;
   separate.name = "separate";

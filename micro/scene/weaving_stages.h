@@ -15,4 +15,7 @@ namespace trame::micro {
 /// - Fibers are rods until they settle, as what their types say.
 [[nodiscard]] std::vector<Stage> weaving_stages(const Scene& scene);
 
+/// Their damping: of fibers that get loose.
+[[nodiscard]] double weaving_damping(const Weave& weave);
+
 }  // namespace trame::micro

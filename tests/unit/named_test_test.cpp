@@ -56,6 +56,70 @@ TEST(NamedTest, UniaxialLeavesTheEndsOfTheOtherFamilyFree) {
     }
   }
   EXPECT_EQ(n_free, 6);
+  EXPECT_EQ(stage.proximal_start, 0);
+}
+
+TEST(NamedTest, UniaxialLetsEndsGoWithDampingBefore) {
+  const Scene scene = parse_scene(woven() + "[test]\nkind = \"uniaxial\"\nstrain = 0.02\ncycles = 2", "s.toml");
+  ASSERT_GE(scene.stages.size(), 2U);
+  const Stage& release = scene.stages[scene.stages.size() - 2];
+  EXPECT_EQ(release.name, "release");
+  EXPECT_GT(release.proximal_start, 0);
+  EXPECT_EQ(release.proximal_end, 0);
+  ASSERT_EQ(release.drives.size(), 6U);
+  for (const Drive& drive : release.drives)
+    EXPECT_EQ(drive, (Drive{"weft/*", drive.dof, DriveMode::force, 0, "", {}})) << "no amplitude of the test";
+}
+
+/// Nothing resists a turn of a single rod about its axis, which is held: rx of warps, where the weft is pulled.
+TEST(NamedTest, UniaxialHoldsTheTurnOfSingleRods) {
+  const auto turned = [](const std::string& kinds) {
+    const Scene scene = parse_scene(
+        R"([material.m]
+model = "isotropic"
+young_modulus = "1 GPa"
+poisson_ratio = 0.3
+[fiber_type.rod]
+material = "m"
+diameter = "20 um"
+model = "rod"
+[fiber_type.beam]
+material = "m"
+diameter = "20 um"
+[yarn.one]
+fiber_type = "rod"
+fibers = 1
+[yarn.two]
+fiber_type = "rod"
+fibers = 2
+[yarn.beam]
+fiber_type = "beam"
+fibers = 1
+[weave]
+pattern = "plain"
+[weave.warp]
+order = ")" +
+            kinds + R"("
+yarns = 3
+sett = "50 per cm"
+[weave.weft]
+order = "one"
+yarns = 2
+sett = "50 per cm"
+[test]
+kind = "uniaxial"
+strain = 0.01
+direction = "weft"
+)",
+        "s.toml");
+    std::vector<std::string> bodies;
+    for (const Drive& drive : scene.stages.back().drives)
+      if (drive.mode == DriveMode::force && drive.dof == BodyDof::rx) bodies.push_back(drive.bodies);
+    return bodies;
+  };
+  EXPECT_EQ(turned("two beam"), (std::vector<std::string>{"warp/*"}));
+  EXPECT_EQ(turned("one"), (std::vector<std::string>{}));
+  EXPECT_EQ(turned("two one"), (std::vector<std::string>{"warp/1/*", "warp/3/*"}));
 }
 
 TEST(NamedTest, PullOutDrawsOneEndOutwardAndFreesTheOther) {
