@@ -67,6 +67,14 @@ inline constexpr std::size_t max_name_bytes = 128, max_text_bytes = 1000;
   return plain;
 }
 
+/// Enough of a UTF-8 text to know it by.
+[[nodiscard]] inline std::string shortened(std::string text) {
+  std::size_t longest = 80;
+  if (text.size() <= longest) return text;
+  while ((text[longest] & 0xC0) == 0x80) --longest;  // not in the middle of a character
+  return text.substr(0, longest) + " ...";
+}
+
 /// `text` as a name: plain, and cut where it is too long, at the end of a character.
 [[nodiscard]] inline std::string made_name(std::string_view text) {
   std::string name = made_plain(text);

@@ -18,6 +18,8 @@ namespace {
 
 /// Jacquard looms have some ten thousand hooks; more is no draft.
 constexpr Index most_yarns = 100'000, most_shafts = 100'000;
+/// A warp yarn is on a shaft or two; a thousand picks of a Jacquard loom with all its hooks are some 10 million lifts.
+constexpr std::size_t most_shafts_of_a_yarn = 16, most_lifts = 20'000'000;
 constexpr std::size_t most_bytes = 16'000'000;
 
 std::string_view trimmed(std::string_view text) {
@@ -31,6 +33,9 @@ std::string lower(std::string_view text) {
   for (char& c : copy) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return copy;
 }
+
+std::string short_printable(const std::string& text) { return shortened(printable(shortened(text))); }
+std::string listed(const std::vector<Index>& shafts) { return shortened(fmt::format("{}", fmt::join(shafts, ","))); }
 
 std::optional<Index> number(std::string_view text) {
   Index n = 0;
@@ -85,7 +90,8 @@ class Wif {
     fail(fmt::format("[{}]: {} (line {})", section, complaint, line));
   }
   [[noreturn]] void fail(const char* section, const Entry& entry, const std::string& complaint) const {
-    fail(section, entry.line, fmt::format("{} = {}: {}", printable(entry.key), printable(entry.value), complaint));
+    fail(section, entry.line,
+         fmt::format("{} = {}: {}", short_printable(entry.key), short_printable(entry.value), complaint));
   }
 
   [[nodiscard]] const Entry* find(const char* section, const char* key) const {
@@ -180,6 +186,10 @@ std::vector<std::vector<Index>> read_threading(const Wif& wif) {
       wif.fail(section, yarn.line > 0 ? yarn.line : before,
                fmt::format("warp yarn {} is on no shaft, though later ones are", n));
     }
+    if (yarn.members.size() > most_shafts_of_a_yarn)
+      wif.fail(
+          section, yarn.line,
+          fmt::format("{} shafts of one warp yarn; must be at most {}", yarn.members.size(), most_shafts_of_a_yarn));
     threading.push_back(yarn.members);
   }
   return threading;
@@ -193,12 +203,16 @@ std::vector<Members> read_treadling(const Wif& wif) {
   check_shafts(wif, "TIEUP", tie_up);
   std::vector<Members> picks = by_yarn(wif.members("TREADLING"));
   if (is_direct) return picks;
+  std::size_t n_lifts = 0;
   for (Members& pick : picks) {
     std::vector<Index> shafts;
     for (const Index treadle : pick.members) {
       const auto tied = tie_up.find(treadle);
       if (tied == tie_up.end())
         wif.fail("TREADLING", pick.line, fmt::format("treadle {} has no line in [TIEUP]", treadle));
+      n_lifts += tied->second.members.size();
+      if (n_lifts > most_lifts)
+        wif.fail("TREADLING", pick.line, fmt::format("more than {} lifts of shafts up to this line", most_lifts));
       shafts.insert(shafts.end(), tied->second.members.begin(), tied->second.members.end());
     }
     std::sort(shafts.begin(), shafts.end());
@@ -220,7 +234,7 @@ std::vector<std::vector<Index>> read_lifts(const Wif& wif) {
       if (picks[i].members != treadled[i].members)
         wif.fail("LIFTPLAN", std::max(picks[i].line, std::size_t{1}),
                  fmt::format("weft yarn {} has shafts {}, but by [TREADLING] and [TIEUP] {} (line {})", i + 1,
-                             fmt::join(picks[i].members, ","), fmt::join(treadled[i].members, ","), treadled[i].line));
+                             listed(picks[i].members), listed(treadled[i].members), treadled[i].line));
   }
   if (picks.empty())
     wif.fail(
@@ -251,8 +265,13 @@ Draft parse_draft(std::string_view text, const std::string& origin) {
 
 Draft read_draft(const std::filesystem::path& file) {
   const std::string name = made_plain(file.string());
-  if (std::filesystem::is_directory(file))
+  std::error_code none;
+  const auto kind = std::filesystem::status(file, none).type();
+  if (kind == std::filesystem::file_type::directory)
     throw InputError(fmt::format("{}: is a folder; must be a draft in WIF", name));
+  // Reading a pipe would wait for whoever writes into it.
+  if (std::filesystem::exists(std::filesystem::file_status(kind)) && kind != std::filesystem::file_type::regular)
+    throw InputError(fmt::format("{}: is no file; must be a draft in WIF", name));
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(fmt::format("{}: cannot be read; must be a draft in WIF", name));
   std::string text(most_bytes + 1, '\0');

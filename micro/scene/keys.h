@@ -71,6 +71,16 @@ using NamedValues = std::vector<std::pair<std::string, V>>;
 [[nodiscard]] inline Kind<std::string> new_name() {
   return {"a name", [](const SceneValue& value) { return value.name(); }, [](const std::string& s) { return s; }};
 }
+/// A name that a saved state can be called by, among the numbers of states and the word for the last one.
+[[nodiscard]] inline Kind<std::string> stage_name() {
+  const auto read = [](const SceneValue& value) {
+    std::string name = value.name();
+    if (name == "last" || name.find_first_not_of("-0123456789") == name.npos)
+      value.fail("must be neither a number nor \"last\", which name saved states");
+    return name;
+  };
+  return {"a name, neither a number nor \"last\"", read, [](const std::string& s) { return s; }};
+}
 [[nodiscard]] inline Kind<Vec3> vector(const Measure& measure) {
   return {fmt::format("a list of 3, each {}", allowed_quantity(measure, any())),
           [=](const SceneValue& value) { return value.vector(measure); },

@@ -197,7 +197,7 @@ std::vector<Key<Tie>> tie_keys(const NameTable& fibers_and_yarns) {
 std::vector<Key<Stage>> stage_keys() {
   using T = Stage;
   return {
-      key<T>("name", &T::name, new_name(), "name of the stage").needed(),
+      key<T>("name", &T::name, stage_name(), "name of the stage").needed(),
       key<T>("increments", &T::n_increments, integer(between(1, most_increments)),
              "wanted; they are cut where they fail"),
       key<T>("separate_yarns", &T::separate_yarns, boolean(), "impose the crossing order of the weave"),

@@ -29,14 +29,6 @@ std::string Range::text() const {
 
 namespace {
 
-/// Enough of a text to know it by.
-std::string shortened(std::string text) {
-  std::size_t longest = 80;
-  if (text.size() <= longest) return text;
-  while ((text[longest] & 0xC0) == 0x80) --longest;  // not in the middle of a UTF-8 character
-  return text.substr(0, longest) + " ...";
-}
-
 /// "a length" and "greater than 0", "an integer" and "of at least 1".
 std::string with_range(std::string_view noun, const Range& range) {
   const std::string limits = range.text();
@@ -160,8 +152,12 @@ void SceneValue::note(const std::string& complaint) const {
 }
 
 void SceneValue::fail_for_noted(const std::string& also) const {
+  constexpr std::size_t most = 30;
   std::string text;
-  for (const auto& [line, complaint] : *noted_) text += (text.empty() ? "" : "\n") + complaint;
+  std::size_t n = 0;
+  for (const auto& [line, complaint] : *noted_)
+    if (n++ < most) text += (text.empty() ? "" : "\n") + complaint;
+  if (n > most) text += fmt::format("\n{}: and {} more unknown keys", file_, n - most);
   if (!also.empty()) text += (text.empty() ? "" : "\n") + also;
   if (!text.empty()) throw InputError(text);
 }

@@ -239,6 +239,10 @@ const Mistake names[] = {
     {"name = \"strand\"", "name = \"st*\"", "bad.toml: bundle[1].name = \"st*\": must be a name without the wildcards"},
     {"name = \"grip\"", "name = \"side/weft/end\"",
      "bad.toml: body[1].name = \"side/weft/end\": must be a name of its own"},
+    {"name = \"load\"", "name = \"last\"",
+     "bad.toml: stage[2].name = \"last\": must be neither a number nor \"last\", which name saved states (line 71)"},
+    {"name = \"load\"", "name = \"03\"", "bad.toml: stage[2].name = \"03\": must be neither a number nor \"last\""},
+    {"name = \"load\"", "name = \"-1\"", "bad.toml: stage[2].name = \"-1\": must be neither a number nor \"last\""},
     {"name = \"load\"", "name = \"separate\"", "bad.toml: stage[2].name = \"separate\": must be a name of its own"},
     {"fibers = \"wire\"", "fibers = \"wires*\"",
      "bad.toml: body[1].tie[1].fibers = \"wires*\": must fit the name of a fiber, bundle or yarn"},
@@ -658,6 +662,14 @@ TEST(BadScenes, UnknownKeysAreToldAtOnce) {
   for (const char* part : {"titel", "contact.friction = 0.3: unknown key", "solver.min_step = 0.001: unknown key"})
     EXPECT_NE(message.find(part), std::string::npos) << part << "\nin: " << message;
   EXPECT_EQ(std::ranges::count(message, '\n'), 2) << message;
+}
+
+TEST(BadScenes, ThousandsOfUnknownKeysAreCounted) {
+  std::string toml = good_scene;
+  for (int i = 0; i < 1000; ++i) toml += fmt::format("[x{}]\n", i);
+  const std::string message = error_of(toml);
+  EXPECT_EQ(std::ranges::count(message, '\n'), 30) << message;
+  EXPECT_TRUE(message.ends_with("bad.toml: and 970 more unknown keys")) << message;
 }
 
 TEST(BadScenes, NumbersInQuotes) {

@@ -4,6 +4,7 @@
 #include "micro/scene/draft.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
@@ -146,6 +147,24 @@ TEST(Draft, ThatLacksWhatItNeedsIsRefused) {
             "a.wif: [WEAVING]: rising shed = perhaps: must be true or false (line 6)");
 }
 
+/// Small files that ask for much, or are told of at length.
+TEST(Draft, ThatWouldFillMemoryOrScreenIsRefused) {
+  const auto numbered = [](int n, const std::string& value) {
+    std::string lines;
+    for (int i = 1; i <= n; ++i) lines.append(std::to_string(i)).append("=").append(value).append("\n");
+    return lines;
+  };
+  std::string all = "1";
+  for (int i = 2; i <= 100'000; ++i) all.append(",").append(std::to_string(i));
+  EXPECT_EQ(error_of("[THREADING]\n1=1\n[TIEUP]\n1=" + all + "\n[TREADLING]\n" + numbered(1000, "1")),
+            "a.wif: [TREADLING]: more than 20000000 lifts of shafts up to this line (line 206)");
+  EXPECT_EQ(error_of("[THREADING]\n1=1\n2=" + all + "\n"),
+            "a.wif: [THREADING]: 100000 shafts of one warp yarn; must be at most 16 (line 3)");
+  for (const std::string& wif : {"[THREADING]\n1=" + std::string(1'000'000, 'x') + "\n",
+                                 "[THREADING]\n1=1\n[TIEUP]\n1=1\n[TREADLING]\n1=1\n[LIFTPLAN]\n1=" + all + "\n"})
+    EXPECT_LT(error_of(wif).size(), 300u) << error_of(wif).substr(0, 300);
+}
+
 /// A patch of 3 weft and 5 warp yarns with these lines in its [weave].
 std::string scene_with(const std::string& pattern) {
   return "[material.m]\nmodel = \"isotropic\"\nyoung_modulus = \"3 GPa\"\npoisson_ratio = 0.3\n"
@@ -238,6 +257,10 @@ TEST_F(SceneWithDraft, ThatIsNotThereOrIsNoneIsRefused) {
   std::filesystem::remove(folder_.path() / "no.wif");
   std::filesystem::create_directory(folder_.path() / "no.wif");
   EXPECT_TRUE(error("pattern_file = \"no.wif\"").ends_with("no.wif: is a folder; must be a draft in WIF (line 9)"));
+  // To read a pipe is to wait for someone who writes into it.
+  std::filesystem::remove(folder_.path() / "no.wif");
+  ASSERT_EQ(mkfifo((folder_.path() / "no.wif").c_str(), 0600), 0);
+  EXPECT_TRUE(error("pattern_file = \"no.wif\"").ends_with("no.wif: is no file; must be a draft in WIF (line 9)"));
 }
 
 }  // namespace
