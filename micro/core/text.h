@@ -71,7 +71,7 @@ inline constexpr std::size_t max_name_bytes = 128, max_text_bytes = 1000;
 [[nodiscard]] inline std::string shortened(std::string text) {
   std::size_t longest = 80;
   if (text.size() <= longest) return text;
-  while ((text[longest] & 0xC0) == 0x80) --longest;  // not in the middle of a character
+  while (longest > 0 && (text[longest] & 0xC0) == 0x80) --longest;  // not in the middle of a character
   return text.substr(0, longest) + " ...";
 }
 

@@ -34,7 +34,7 @@ std::string lower(std::string_view text) {
   return copy;
 }
 
-std::string short_printable(const std::string& text) { return shortened(printable(shortened(text))); }
+std::string short_printable(std::string_view text) { return shortened(printable(text.substr(0, 400))); }
 std::string listed(const std::vector<Index>& shafts) { return shortened(fmt::format("{}", fmt::join(shafts, ","))); }
 
 std::optional<Index> number(std::string_view text) {

@@ -160,8 +160,9 @@ TEST(Draft, ThatWouldFillMemoryOrScreenIsRefused) {
             "a.wif: [TREADLING]: more than 20000000 lifts of shafts up to this line (line 206)");
   EXPECT_EQ(error_of("[THREADING]\n1=1\n2=" + all + "\n"),
             "a.wif: [THREADING]: 100000 shafts of one warp yarn; must be at most 16 (line 3)");
-  for (const std::string& wif : {"[THREADING]\n1=" + std::string(1'000'000, 'x') + "\n",
-                                 "[THREADING]\n1=1\n[TIEUP]\n1=1\n[TREADLING]\n1=1\n[LIFTPLAN]\n1=" + all + "\n"})
+  for (const std::string& wif :
+       {"[THREADING]\n1=" + std::string(1'000'000, 'x') + "\n", "[THREADING]\n" + std::string(200, '\x9b') + "=1\n",
+        "[THREADING]\n1=1\n[TIEUP]\n1=1\n[TREADLING]\n1=1\n[LIFTPLAN]\n1=" + all + "\n"})
     EXPECT_LT(error_of(wif).size(), 300u) << error_of(wif).substr(0, 300);
 }
 
