@@ -99,7 +99,7 @@ void check_keys(const SceneValue& table, NamedTestKind kind) {
   }
 }
 
-NamedTest read_test(const SceneValue& table, const Scene& scene) {
+NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
   NamedTest test;
   read_table(table, named_test_keys(yarns_of(scene)), {}, test);
   check_keys(table, test.kind);
@@ -210,12 +210,15 @@ std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns) {
       key<T>("cycles", &T::n_cycles, integer(between(0, 1000)), "there and back; 0: there only")};
 }
 
-void read_test_bodies(const SceneValue& root, Scene& scene) {
+std::optional<NamedTest> read_test(const SceneValue& root, const Scene& scene) {
   const auto table = root.find("test");
-  if (!table) return;
-  const NamedTest test = read_test(*table, scene);
+  return table ? std::optional(read_test_table(*table, scene)) : std::nullopt;
+}
+
+void add_test_bodies(const SceneValue& root, const NamedTest& test, Scene& scene) {
   const BundleSpec* bundle = test.yarn ? find_bundle(scene, *test.yarn) : nullptr;
   if (!bundle) return;
+  const SceneValue yarn = *root.find("test")->find("yarn");
   NameTable known = body_names(scene);
   for (const FiberEnd end : {FiberEnd::start, FiberEnd::end}) {
     const bool at_start = end == FiberEnd::start;
@@ -225,17 +228,14 @@ void read_test_bodies(const SceneValue& root, Scene& scene) {
     for (const BodySpec& other : scene.bodies)
       for (const Tie& tie : other.ties)
         if (tie.end == end && matches(tie.fibers, bundle->name))
-          table->find("yarn")->fail(fmt::format("must have free ends, but the {} of \"{}\" is tied to body \"{}\"",
-                                                at_start ? "start" : "end", bundle->name, other.name));
-    add_new_name(*table->find("yarn"), body.name, known);
+          yarn.fail(fmt::format("must have free ends, but the {} of \"{}\" is tied to body \"{}\"",
+                                at_start ? "start" : "end", bundle->name, other.name));
+    add_new_name(yarn, body.name, known);
     scene.bodies.push_back(std::move(body));
   }
 }
 
-void read_test_stage(const SceneValue& root, Scene& scene) {
-  const auto table = root.find("test");
-  if (!table) return;
-  const NamedTest test = read_test(*table, scene);
+void add_test_stage(const SceneValue& root, const NamedTest& test, Scene& scene) {
   StageBuilder builder(test);
   switch (test.kind) {
     case NamedTestKind::biaxial: biaxial(test, builder); break;
@@ -247,20 +247,12 @@ void read_test_stage(const SceneValue& root, Scene& scene) {
   if (test.kind == NamedTestKind::uniaxial) stages.push_back(release_stage(test, scene));
   stages.push_back(builder.stage());
   NameTable known;
-  double n_increments = 0;
-  for (const Stage& earlier : scene.stages) {
-    known.add(earlier.name);
-    n_increments += earlier.n_increments;
-  }
+  for (const Stage& earlier : scene.stages) known.add(earlier.name);
   for (Stage& stage : stages) {
-    n_increments += stage.n_increments;
-    add_new_name(*table->find("kind"), stage.name, known);
+    add_new_name(*root.find("test")->find("kind"), stage.name, known);
     stage.friction = scene.contact.friction;
     scene.stages.push_back(std::move(stage));
   }
-  if (n_increments > most_increments_in_all)
-    table->fail(fmt::format("{:.0f} increments with those of all stages; must be at most {:.0f}", n_increments,
-                            most_increments_in_all));
 }
 
 }  // namespace trame::micro

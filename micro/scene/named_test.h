@@ -22,9 +22,11 @@ struct NamedTest {
 };
 [[nodiscard]] std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns);
 
-/// Adds the bodies that the test of a scene needs and the scene has not. Needs all fibers and the other bodies.
-void read_test_bodies(const SceneValue& root, Scene& scene);
+/// The test of a scene, where it has one. Needs its fibers.
+[[nodiscard]] std::optional<NamedTest> read_test(const SceneValue& root, const Scene& scene);
+/// Adds the bodies that the test needs and the scene has not. Needs the other bodies.
+void add_test_bodies(const SceneValue& root, const NamedTest& test, Scene& scene);
 /// Adds the stage of the test after all others; of "uniaxial" one before it, "release", that lets yarn ends go.
-void read_test_stage(const SceneValue& root, Scene& scene);
+void add_test_stage(const SceneValue& root, const NamedTest& test, Scene& scene);
 
 }  // namespace trame::micro

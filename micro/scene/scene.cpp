@@ -412,10 +412,12 @@ Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
   check_size(root, scene);
   check_stiffness(root, scene);
   read_bodies(root, scene);
-  read_test_bodies(root, scene);
+  const std::optional<NamedTest> test = read_test(root, scene);
+  if (test) add_test_bodies(root, *test, scene);
   read_effects(root, scene);
   read_stages(root, scene);
-  read_test_stage(root, scene);
+  if (test) add_test_stage(root, *test, scene);
+  check_increments(root, scene);
   check_friction(root, scene);
   check_enriched_only(root, scene);
   if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);

@@ -7,9 +7,6 @@
 
 namespace trame::micro {
 
-/// Of all stages together: a run keeps some numbers of each increment.
-inline constexpr double most_increments_in_all = 1e6;
-
 /// Adds a name; fails for one that `known` holds already.
 void add_new_name(const SceneValue& named, const std::string& name, NameTable& known);
 
@@ -22,5 +19,8 @@ void read_bodies(const SceneValue& root, Scene& scene);
 /// Fills scene.stages from [[stage]], or for a weave without any with those that weave it. Needs the bodies and the
 /// effects.
 void read_stages(const SceneValue& root, Scene& scene);
+
+/// Fails where all stages, with that of [test], have more increments than a run can keep.
+void check_increments(const SceneValue& root, const Scene& scene);
 
 }  // namespace trame::micro
