@@ -13,7 +13,8 @@ namespace {
 
 /// How often things are done in an increment. Runs of the shipped scenes take 10 iterations (plain_small) to 14
 /// (twill_small) an increment.
-constexpr double n_iterations = 11, n_detections = 4, assemblies_per_iteration = 3, substitutions_per_iteration = 6;
+constexpr double n_iterations = 11, n_detections = 4, n_assemblies = 3 * n_iterations,
+                 n_substitutions = 6 * n_iterations;
 
 /// Seconds for one of each: CPU time of one thread on a twisted bundle of 37 fibers with 7,146 contact elements, halved
 /// for two cores.
@@ -63,36 +64,38 @@ State shifted_start(const StageModel& model) {
   return state;
 }
 
-/// Costs of one stage, by effect.
+/// Costs by effect: seconds of one increment, or of many.
+struct EffectCosts {
+  std::array<EffectCost, n_priced_effects> costs;
+  std::array<bool, n_priced_effects> present{};
+};
+
+/// Costs of a stage's increment.
 class StageCost {
  public:
   StageCost(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& start)
-      : scene_(scene), stage_(stage), model_(scene, assembly, stage, start) {
+      : scene_(scene), model_(scene, assembly, stage, start) {
     begin_at(model_.effects, shifted_start(model_), 0.5);
     price_fibers();
     price_bodies();
     price_contact();
     price_matrix();
     if (model_.proximal)
-      add(PricedEffect::proximal, iterations() * assemblies_per_iteration * model_.layout.n_nodes() * node_of_vectors,
-          state_bytes());
+      add(PricedEffect::proximal, n_assemblies * model_.layout.n_nodes() * node_of_vectors, state_bytes());
   }
 
-  [[nodiscard]] const EffectCost& operator[](int effect) const { return costs_[effect]; }
-  [[nodiscard]] bool has(int effect) const { return present_[effect]; }
+  [[nodiscard]] const EffectCosts& of_effects() const { return of_effects_; }
 
  private:
   EffectCost& add(PricedEffect effect, double seconds, double bytes) {
     const auto i = static_cast<std::size_t>(effect);
-    present_[i] = true;
-    costs_[i].effect = effect;
-    costs_[i].seconds += seconds;
-    costs_[i].bytes += bytes;
-    return costs_[i];
+    of_effects_.present[i] = true;
+    EffectCost& cost = of_effects_.costs[i];
+    cost.effect = effect;
+    cost.seconds += seconds;
+    cost.bytes += bytes;
+    return cost;
   }
-  [[nodiscard]] double increments() const { return stage_.n_increments; }
-  [[nodiscard]] double iterations() const { return n_iterations * increments(); }
-  [[nodiscard]] double assemblies() const { return assemblies_per_iteration * iterations(); }
   [[nodiscard]] double state_bytes() const { return static_cast<double>(sizeof(Vec3)) * model_.layout.n_vectors(); }
 
   /// Elements, and the states between which the solver goes to and fro.
@@ -105,10 +108,10 @@ class StageCost {
       const Index n_dofs =
           layout.first_dof(model_.field.last_node(f) + 1) - layout.first_dof(model_.field.element_node(f, 0));
       add(enriched ? PricedEffect::enriched_beams : PricedEffect::rods,
-          assemblies() * mesh.n_elements(f) * (enriched ? beam_element : rod_element), n_states * 8.0 * n_dofs)
+          n_assemblies * mesh.n_elements(f) * (enriched ? beam_element : rod_element), n_states * 8.0 * n_dofs)
           .n_dofs += n_dofs;
       if (enriched && scene_.twist_stretch)
-        add(PricedEffect::twist_stretch, assemblies() * mesh.n_elements(f) * twist_stretch_element,
+        add(PricedEffect::twist_stretch, n_assemblies * mesh.n_elements(f) * twist_stretch_element,
             3 * 2 * 8.0 * mesh.n_elements(f));
     }
   }
@@ -116,7 +119,7 @@ class StageCost {
   void price_bodies() {
     if (model_.bodies.n_bodies() == 0) return;
     const double n_ties = model_.ties ? static_cast<double>(model_.ties->n_terms()) : 0;
-    add(PricedEffect::bodies, assemblies() * n_ties * tie_term, n_ties * sizeof(TieTerm)).n_dofs =
+    add(PricedEffect::bodies, n_assemblies * n_ties * tie_term, n_ties * sizeof(TieTerm)).n_dofs =
         model_.layout.first_dof(model_.bodies.n_bodies());  // their nodes come first
     const auto driven = [&](DofDrive::Kind kind) {
       return static_cast<double>(
@@ -124,11 +127,11 @@ class StageCost {
     };
     if (model_.follow) {
       const double n = driven(DofDrive::Kind::follow);
-      add(PricedEffect::follow, assemblies() * n * tie_term, n * sizeof(FollowTerm));
+      add(PricedEffect::follow, n_assemblies * n * tie_term, n * sizeof(FollowTerm));
     }
     if (model_.loads) {
       const double n = driven(DofDrive::Kind::force);
-      add(PricedEffect::loads, assemblies() * n * node_of_vectors, n * sizeof(LoadTerm));
+      add(PricedEffect::loads, n_assemblies * n * node_of_vectors, n * sizeof(LoadTerm));
     }
   }
 
@@ -153,8 +156,8 @@ class StageCost {
   template <typename Elements>
   [[nodiscard]] double element_seconds(const Elements& elements) const {
     const auto n = static_cast<double>(elements.size());
-    return increments() * n_detections * contact_history * n +
-           assemblies() * (contact_element * n + contact_block * count_blocks(elements));
+    return n_detections * contact_history * n +
+           n_assemblies * (contact_element * n + contact_block * count_blocks(elements));
   }
 
   void price_contact() {
@@ -169,14 +172,13 @@ class StageCost {
     double n_samples = 0;
     for (Index f = 0; f < model_.field.mesh().n_fibers(); ++f)
       n_samples += model_.field.mesh().n_elements(f) / scene_.contact.spacing;
-    const double search = increments() * n_detections * n_samples * search_sample;
+    const double search = n_detections * n_samples * search_sample;
     add(PricedEffect::contact, search + element_seconds(elements),
         n * (sizeof(ContactElement) + sizeof(ContactHistory)));
     if (scene_.contact.self_contact) add(PricedEffect::self_contact, self_search_share * search, 0);
-    if (scene_.contact.adapt_penalty)
-      add(PricedEffect::adaptation, increments() * n * adapted_element, n * 2 * 3 * sizeof(double));
+    if (scene_.contact.adapt_penalty) add(PricedEffect::adaptation, n * adapted_element, n * 2 * 3 * sizeof(double));
     if (!model_.contact->stick_slip().empty())
-      add(PricedEffect::friction, assemblies() * friction_block * count_blocks(elements),
+      add(PricedEffect::friction, n_assemblies * friction_block * count_blocks(elements),
           n * (sizeof(StickSlip) + sizeof(Vec3)) + state_bytes());
   }
 
@@ -185,7 +187,7 @@ class StageCost {
   void price_matrix() {
     const Fill loose = analyse(model_, false);
     const auto fiber_share = [&](PricedEffect effect) {
-      return static_cast<double>(costs_[static_cast<std::size_t>(effect)].n_dofs) / model_.layout.n_dofs();
+      return static_cast<double>(of_effects_.costs[static_cast<std::size_t>(effect)].n_dofs) / model_.layout.n_dofs();
     };
     for (const auto effect : {PricedEffect::enriched_beams, PricedEffect::rods, PricedEffect::bodies})
       if (fiber_share(effect) > 0) add_matrix(effect, loose, fiber_share(effect));
@@ -201,51 +203,65 @@ class StageCost {
   void add_matrix(PricedEffect effect, const Fill& fill, double share) {
     const double gain = scene_.solver.factor_precision == FactorPrecision::single_precision ? 2 : 1;
     add(effect,
-        share * iterations() / gain *
-            (fill.flops / flops_per_second + substitutions_per_iteration * fill.factor_entries / entries_per_second),
+        share / gain *
+            (n_iterations * fill.flops / flops_per_second + n_substitutions * fill.factor_entries / entries_per_second),
         share * (fill.entries * bytes_per_matrix_entry + fill.factor_entries * bytes_per_factor_entry / gain));
   }
 
   const Scene& scene_;
-  const Stage& stage_;
   StageModel model_;
-  std::array<EffectCost, n_priced_effects> costs_;
-  std::array<bool, n_priced_effects> present_{};
+  EffectCosts of_effects_;
 };
 
 }  // namespace
 
 namespace {
 
+/// A stage without name, numbers of increments and values.
+Stage without_values(Stage stage) {
+  stage.name.clear();
+  stage.n_increments = stage.save_every = 1;
+  for (Drive& drive : stage.drives) {
+    drive.value = 0;
+    drive.amplitude = {};
+  }
+  return stage;
+}
+
 /// The estimate of a scene as it is.
 CostEstimate cost_of(const Scene& scene) {
   const Scene natural = nondimensional(scene, natural_scales(scene));
   const Assembly assembly = assemble_scene(natural);
   const StageStart start = start_of(assembly);
-  std::array<EffectCost, n_priced_effects> costs;
-  std::array<bool, n_priced_effects> present{};
+  // Stages that differ in values alone cost the same; their models are built once.
+  std::vector<std::pair<Stage, EffectCosts>> known;
+  EffectCosts all;
   CostEstimate total;
   double most_bytes = 0;
   for (const Stage& stage : natural.stages) {
-    const StageCost cost(natural, assembly, stage, start);
+    const Stage alike = without_values(stage);
+    auto found = std::find_if(known.begin(), known.end(), [&](const auto& k) { return k.first == alike; });
+    if (found == known.end())
+      found = known.emplace(known.end(), alike, StageCost(natural, assembly, alike, start).of_effects());
     double bytes = 0;
-    for (int i = 0; i < n_priced_effects; ++i) {
-      if (!cost.has(i)) continue;
-      present[i] = true;
-      costs[i].effect = cost[i].effect;
-      costs[i].n_dofs = std::max(costs[i].n_dofs, cost[i].n_dofs);
-      costs[i].bytes = std::max(costs[i].bytes, cost[i].bytes);
-      costs[i].seconds += cost[i].seconds;
-      total.seconds += cost[i].seconds;
-      bytes += cost[i].bytes;
+    for (std::size_t i = 0; i < n_priced_effects; ++i) {
+      if (!found->second.present[i]) continue;
+      const EffectCost& cost = found->second.costs[i];
+      all.present[i] = true;
+      all.costs[i].effect = cost.effect;
+      all.costs[i].n_dofs = std::max(all.costs[i].n_dofs, cost.n_dofs);
+      all.costs[i].bytes = std::max(all.costs[i].bytes, cost.bytes);
+      all.costs[i].seconds += stage.n_increments * cost.seconds;
+      total.seconds += stage.n_increments * cost.seconds;
+      bytes += cost.bytes;
     }
     most_bytes = std::max(most_bytes, bytes);
     total.seconds += stage.n_increments / static_cast<double>(stage.save_every) *
                      (increment_file + file_node * assembly.mesh.n_nodes());
   }
   total.bytes = program_bytes + most_bytes;
-  for (int i = 0; i < n_priced_effects; ++i)
-    if (present[i]) total.effects.push_back(costs[i]);
+  for (std::size_t i = 0; i < n_priced_effects; ++i)
+    if (all.present[i]) total.effects.push_back(all.costs[i]);
   return total;
 }
 
@@ -263,8 +279,10 @@ double n_crossing_pairs(const Scene& scene) {
              : 0;
 }
 
-/// The scene with a share of the fibers of each yarn and bundle, in as many layers as keep the section's shape.
+/// The scene with a share of its fibers: of those of each yarn and bundle, in as many layers as keep the section's
+/// shape, and where bundles are of too few fibers for that, of the bundles.
 Scene thinned(Scene scene, double share) {
+  const double wanted = share * n_fibers(scene);
   const auto thin = [&](Index& n, Index& n_layers) {
     n = std::max<Index>(1, static_cast<Index>(std::lround(share * n)));
     if (n_layers > 0) n_layers = std::clamp<Index>(static_cast<Index>(std::lround(std::sqrt(share) * n_layers)), 1, n);
@@ -276,26 +294,34 @@ Scene thinned(Scene scene, double share) {
         thin(kind.n_fibers, kind.n_layers);
         kind.volume_fraction = 0;  // a random lay of few fibers may not be
       }
+  const double still = wanted / n_fibers(scene);
+  const auto keep_first = [&](auto& specs) {
+    if (!specs.empty()) specs.resize(std::max<std::size_t>(1, static_cast<std::size_t>(still * specs.size())));
+  };
+  if (still < 0.7) {
+    keep_first(scene.fibers);
+    keep_first(scene.bundles);
+  }
   return scene;
 }
 
-/// What costs `small` for n_small fibers and `large` for n_large, for n by a power law.
+/// The scene with a share of the elements along each fiber.
+Scene coarsened(Scene scene, double share) {
+  const auto coarsen = [&](Index& n) { n = std::max<Index>(1, static_cast<Index>(std::lround(share * n))); };
+  for (FiberSpec& fiber : scene.fibers) coarsen(fiber.n_elements);
+  for (BundleSpec& bundle : scene.bundles) coarsen(bundle.n_elements);
+  if (scene.weave)
+    for (YarnSystem* yarns : {&scene.weave->warp, &scene.weave->weft}) coarsen(yarns->n_elements);
+  return scene;
+}
+
+/// What costs `small` for n_small fibers or elements and `large` for n_large, for n by a power law.
 double extrapolated(double small, double n_small, double large, double n_large, double n) {
   if (!(small > 0) || !(large > 0)) return large;
   return large * std::pow(n / n_large, std::clamp(std::log(large / small) / std::log(n_large / n_small), 0.0, 3.0));
 }
 
-}  // namespace
-
-CostEstimate estimate_cost(const Scene& scene) {
-  constexpr double most_pairs = 2e5, most_fibers = 3000;  // what is looked at within seconds
-  const double n = n_fibers(scene), excess = std::max(std::sqrt(n_crossing_pairs(scene) / most_pairs), n / most_fibers);
-  if (excess <= 1) return cost_of(scene);
-  const Scene large_scene = thinned(scene, 0.5 / excess), small_scene = thinned(scene, 0.25 / excess);
-  const double n_large = n_fibers(large_scene), n_small = n_fibers(small_scene);
-  if (n_small >= n_large) return cost_of(scene);  // single fibers, which cannot be thinned
-  CostEstimate cost = cost_of(large_scene);
-  const CostEstimate small = cost_of(small_scene);
+CostEstimate extrapolated(const CostEstimate& small, double n_small, CostEstimate cost, double n_large, double n) {
   const auto of_effects = [](const CostEstimate& c) {
     double seconds = 0;
     for (const EffectCost& effect : c.effects) seconds += effect.seconds;
@@ -311,12 +337,45 @@ CostEstimate estimate_cost(const Scene& scene) {
     if (same == small.effects.end()) continue;
     effect.seconds = extrapolated(same->seconds, n_small, effect.seconds, n_large, n);
     effect.bytes = extrapolated(same->bytes, n_small, effect.bytes, n_large, n);
-    effect.n_dofs = std::llround(
-        extrapolated(static_cast<double>(same->n_dofs), n_small, static_cast<double>(effect.n_dofs), n_large, n));
+    // Nodes are one more than what is between them: a line, not a power.
+    effect.n_dofs +=
+        std::llround(static_cast<double>(effect.n_dofs - same->n_dofs) / (n_large - n_small) * (n - n_large));
     cost.bytes = std::max(cost.bytes, effect.bytes);
   }
   cost.seconds = of_effects(cost) + files;
   return cost;
+}
+
+Index most_elements_of_a_fiber(const Scene& scene) {
+  Index most = 0;
+  for (const FiberSpec& fiber : scene.fibers) most = std::max(most, fiber.n_elements);
+  for (const BundleSpec& bundle : scene.bundles) most = std::max(most, bundle.n_elements);
+  if (scene.weave) most = std::max({most, scene.weave->warp.n_elements, scene.weave->weft.n_elements});
+  return most;
+}
+
+/// From scenes with fewer fibers where there are many, with the same elements.
+CostEstimate estimate_by_fibers(const Scene& scene) {
+  constexpr double most_pairs = 2e5, most_fibers = 3000;  // what is looked at within seconds
+  const double n = n_fibers(scene), excess = std::max(std::sqrt(n_crossing_pairs(scene) / most_pairs), n / most_fibers);
+  if (excess <= 1) return cost_of(scene);
+  const Scene large = thinned(scene, 0.5 / excess), small = thinned(scene, 0.25 / excess);
+  const double n_large = n_fibers(large), n_small = n_fibers(small);
+  if (n_small >= n_large) return cost_of(scene);
+  return extrapolated(cost_of(small), n_small, cost_of(large), n_large, n);
+}
+
+}  // namespace
+
+CostEstimate estimate_cost(const Scene& scene) {
+  constexpr double most_elements = 60'000, most_of_a_fiber = 400;  // what is looked at within seconds
+  const double most = most_elements_of_a_fiber(scene),
+               excess = std::max(most / most_of_a_fiber, std::min(n_fibers(scene), 1500.0) * most / most_elements);
+  if (excess <= 1) return estimate_by_fibers(scene);
+  const Scene large = coarsened(scene, 0.5 / excess), small = coarsened(scene, 0.25 / excess);
+  const double n_large = most_elements_of_a_fiber(large), n_small = most_elements_of_a_fiber(small);
+  if (n_small >= n_large) return estimate_by_fibers(scene);
+  return extrapolated(estimate_by_fibers(small), n_small, estimate_by_fibers(large), n_large, most);
 }
 
 }  // namespace trame::micro

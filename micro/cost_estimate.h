@@ -41,7 +41,7 @@ struct EffectCost {
 struct CostEstimate {
   std::vector<EffectCost> effects;  ///< those that some stage calls for
   double seconds = 0, bytes = 0;    ///< of the whole run: effects, program, states and files
-  bool extrapolated = false;        ///< from scenes with fewer fibers, because looking at all of them would take long
+  bool extrapolated = false;        ///< from fewer fibers or elements, because looking at all of them would take long
 };
 
 /// Throws InputError where the scene cannot be laid out or driven.

@@ -176,7 +176,7 @@ std::vector<CalledEffect> called_effects(const Scene& scene) {
 std::string size_text(const ModelSize& size, const CostEstimate& cost) {
   return fmt::format("{} fibers, {} nodes, {} dofs, {} bodies; about {} and {}{}", size.n_fibers, size.n_nodes,
                      size.n_dofs, size.n_bodies, duration_text(cost.seconds), bytes_text(cost.bytes),
-                     cost.extrapolated ? ", extrapolated from fewer fibers" : "");
+                     cost.extrapolated ? ", extrapolated from fewer fibers or elements" : "");
 }
 
 std::string scene_overview(const Scene& scene, const ModelSize& size, const CostEstimate& cost) {

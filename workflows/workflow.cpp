@@ -284,6 +284,7 @@ int run_command_line(const Program& program, int argc, char** argv) {
   check_memory(scene, available_memory());
   const Beginning beginning = beginning_of(task, *options);
   take_blas_buffers(options->n_threads);
+  const micro::Threads threads(options->n_threads);
   const micro::ModelSize size = micro::model_size(scene);
   terminal.line(fmt::format("{}: {}", scene.name, scene.title));
   const micro::CostEstimate cost = micro::estimate_cost(what_is_left(scene, beginning.at));

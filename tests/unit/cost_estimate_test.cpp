@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <ctime>
 #include <functional>
+#include <string>
 
 #include "micro/model.h"
 #include "micro/simulate.h"
@@ -155,6 +157,61 @@ TEST(CostEstimate, OfManyFibersIsExtrapolatedFromFewer) {
   EXPECT_GT(most.bytes, 8 * many.bytes);
   EXPECT_GT(many.seconds, 4 * few.seconds);
   EXPECT_GT(most.seconds, 8 * many.seconds);
+}
+
+/// Bundles side by side.
+CostEstimate cost_of_bundles(Index n_bundles, Index n_fibers, Index n_elements) {
+  Scene scene;
+  scene.materials = {{"m", 3e9, 3e9, 1e9, 0.39, 0.39, 0}};
+  scene.fiber_types = {{"f", 0, 1e-5, FiberModel::rod}};
+  const double length = 5e-5 * n_elements;
+  for (Index i = 0; i < n_bundles; ++i) {
+    BundleSpec bundle;
+    bundle.name = std::to_string(i);
+    bundle.points = {Vec3(0, 1e-4 * i, 0), Vec3(length, 1e-4 * i, 0)};
+    bundle.n_elements = n_elements;
+    bundle.n_fibers = n_fibers;
+    scene.bundles.push_back(bundle);
+  }
+  scene.stages.resize(1);
+  return estimate_cost(scene);
+}
+
+TEST(CostEstimate, OfLongFibersIsExtrapolatedFromFewerElements) {
+  const CostEstimate few = cost_of_bundles(1, 7, 200), many = cost_of_bundles(1, 7, 2000);
+  EXPECT_FALSE(few.extrapolated);
+  EXPECT_TRUE(many.extrapolated);
+  EXPECT_EQ(price(many, PricedEffect::rods)->n_dofs, 7 * 2001 * 6);
+  EXPECT_NEAR(price(many, PricedEffect::rods)->seconds / price(few, PricedEffect::rods)->seconds, 10, 5);
+  EXPECT_NEAR(many.seconds / few.seconds, 10, 5);
+}
+
+TEST(CostEstimate, OfManyBundlesIsExtrapolatedFromFewer) {
+  const CostEstimate few = cost_of_bundles(1000, 2, 2), many = cost_of_bundles(10'000, 2, 2);
+  EXPECT_FALSE(few.extrapolated);
+  EXPECT_TRUE(many.extrapolated);
+  EXPECT_EQ(price(many, PricedEffect::rods)->n_dofs, 20'000 * 3 * 6);
+  EXPECT_NEAR(price(many, PricedEffect::rods)->seconds / price(few, PricedEffect::rods)->seconds, 10, 3);
+}
+
+TEST(CostEstimate, StagesThatDifferInValuesAloneAreLookedAtOnce) {
+  Scene one = test::cantilever(FiberModel::rod, 0.3, 100, 10);
+  Stage stage;
+  stage.drives = {{"tip", BodyDof::z, DriveMode::force, 1e-5, ""}};
+  stage.n_increments = 6000;
+  one.stages = {stage};
+  Scene many = one;
+  many.stages.clear();
+  for (int i = 0; i < 3000; ++i) {
+    stage.name = std::to_string(i);
+    stage.n_increments = 1 + 2 * (i % 2);
+    stage.drives[0].value = 1e-6 * i;
+    many.stages.push_back(stage);
+  }
+  const std::clock_t begin = std::clock();
+  const CostEstimate cost = estimate_cost(many);
+  EXPECT_LT(std::clock() - begin, CLOCKS_PER_SEC / 2) << "of processor time; looking at each takes more";
+  EXPECT_NEAR(cost.seconds / estimate_cost(one).seconds, 1, 1e-6);
 }
 
 }  // namespace
