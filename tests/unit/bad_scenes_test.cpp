@@ -630,6 +630,10 @@ TEST(BadScenes, IncrementsOfAllStages) {
   EXPECT_TRUE(
       error_of(toml).starts_with("bad.toml: stage[11]: 1100000 increments up to this stage; must be at most 1000000"))
       << error_of(toml);
+  const std::string message =
+      error_of(good_scene + "[test]\nkind = \"biaxial\"\nwarp_strain = 0.1\nincrements = 100000\ncycles = 10\n");
+  EXPECT_TRUE(message.starts_with("bad.toml: test: 20000")) << message;
+  EXPECT_NE(message.find(" increments up to this stage; must be at most 1000000"), std::string::npos) << message;
 }
 
 TEST(BadScenes, ModuliOutOfProportionCountWhereFibersHaveThem) {
