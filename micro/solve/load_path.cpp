@@ -56,15 +56,18 @@ bool is_stiff_enough(const Tools& tools, double slack, const State& state, Incre
 }
 
 /// Whether an equilibrium is one without what holds fibers back, too; holds them at `state` from now on where it is
-/// not.
-bool is_free(const Tools& tools, const PrescribedMotion& motion, double slack, const State& state) {
+/// not. Where next to nothing presses at the end, what has died away since `first`, the residual of the first time (0
+/// until then), is nothing as well.
+bool is_free(const Tools& tools, const PrescribedMotion& motion, double slack, const State& state, double& first) {
   if (slack > 1) return true;
   bool held = false;
   for (const auto& effect : tools.effects) held = effect->hold_at(state) || held;
   if (!held) return true;
   const Residual r = tools.newton.evaluate(tools.effects, motion, state, false);
   tools.log(fmt::format("    without damping: residual {:.2e}", r.relative()));
-  return r.relative() <= tools.settings.free_tolerance && r.worst_part <= 1;
+  if (first == 0) first = r.norm();
+  constexpr double looser = 10, died_away = 1e-5;
+  return (tools.newton.is_equilibrium(r, looser) && r.worst_part <= 1) || r.norm() <= died_away * first;
 }
 
 /// One increment: alternates contact detection and Newton's method, until all of the prescribed motion is made, the
@@ -73,12 +76,16 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
                          IncrementReport& report) {
   const auto& [newton, effects, settings, driver, timers] = tools;
   constexpr int max_held_up = 3;
+  constexpr const char* restless =
+      "what the proximal term holds back does not come to rest where the stage ends; friction, or drives that hold it, "
+      "may be missing";
   // From then on what has been found stays, so that fibers that go to and fro meet the same contacts each time.
   constexpr int few_to_and_fro = 8;
   int n_detours = 0;     // detections because of long motions, which settle nothing
   int n_held_up = 0;     // detections because of forces that jump
   int n_undone = 0;      // equilibria that contacts found at them have undone
   int n_holds = 0;       // equilibria that there were with damping only
+  double held_by = 0;    // residual without it at the first of them
   bool arrived = false;  // an equilibrium of the contacts known before
   // Contacts that come up and preloads that are raised undo an equilibrium: it is not worth much before.
   constexpr double rough = 100;
@@ -108,15 +115,8 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
       constexpr double nearly = 1e-2;
       const bool stiff = renewed > nearly || is_stiff_enough(tools, slack, state, report);
       if (settled && stiff) {
-        if (is_free(tools, motion, slack, state)) return {true, "", {}};
-        if (++n_holds > settings.max_holds)
-          return {.accepted = false,
-                  .reason =
-                      "what the proximal term holds back does not come to rest where the stage ends; friction, or "
-                      "drives that hold it, may be missing",
-                  .worst_dof = std::nullopt,
-                  .refused = false,
-                  .hopeless = true};
+        if (is_free(tools, motion, slack, state, held_by)) return {true, "", {}};
+        if (++n_holds > settings.max_holds) return {false, restless, {}, false, true};
       }
       if (stiff) roughness = 1;
       if (!settled && !was_rough && ++n_undone > settings.max_geometry_updates)

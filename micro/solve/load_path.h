@@ -18,10 +18,9 @@ struct LoadPathSettings {
   double min_increment = 0;       ///< of stage time
   double prediction_cap = 0;      ///< largest motion of a first guess, in the unit of length
 
-  int max_detours = 60;          ///< detections in an increment on the way, where fibers move far
-  double free_tolerance = 1e-5;  ///< residual without a proximal term, at the end of a stage that has one
-  int max_holds = 50;            ///< times that fibers are held anew where they have been found to move on
-  int max_stiffenings = 12;      ///< of penalties and preloads in an increment
+  int max_detours = 60;      ///< detections in an increment on the way, where fibers move far
+  int max_holds = 50;        ///< times that fibers are held anew where they have been found to move on
+  int max_stiffenings = 12;  ///< of penalties and preloads in an increment
 };
 
 /// What the solver did for one increment.

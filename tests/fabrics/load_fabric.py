@@ -60,7 +60,10 @@ class Tests(unittest.TestCase):
         self.assertAlmostEqual(max(float(row["weft_strain"]) for row in rows), 0.01)
         self.assertLess(largest, 0.7 * float(both[-1]["weft_force_N"]))
         self.assertEqual(largest, forces[middle])
-        for there, back in zip(forces[:middle], reversed(forces[middle + 1 :])):
+        strains = [float(row["weft_strain"]) for row in rows]
+        work = sum((f + g) / 2 * (e - d) for d, e, f, g in zip(strains, strains[1:], forces, forces[1:]))
+        self.assertGreater(work, 0)  # the loop dissipates
+        for there, back in zip(forces[1:middle], reversed(forces[middle + 1 : -1])):
             self.assertLess(back, there)
         self.assertLess(abs(float(rows[-1]["warp_force_N"])), 0.01 * largest)
 
