@@ -137,7 +137,7 @@ class StageCost {
 
   /// 3 × 3 blocks of the tangents of contact elements.
   static double blocks_of(const CurveShape& a, const CurveShape& b) {
-    const double n = a.n_nodes * a.n_vectors + b.n_nodes * b.n_vectors;
+    const double n = a.slots.n_nodes * a.slots.n_vectors + b.slots.n_nodes * b.slots.n_vectors;
     return 0.5 * n * n;
   }
   [[nodiscard]] double count_blocks(const std::vector<ContactElement>& elements) const {

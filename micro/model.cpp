@@ -8,6 +8,7 @@
 #include "micro/core/name_table.h"
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
+#include "micro/periodic/anchors.h"
 
 namespace trame::micro {
 
@@ -85,7 +86,8 @@ std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assemb
 
 StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from)
     : bodies(static_cast<Index>(assembly.body_names.size()), layout),
-      field(assembly.mesh, models_in_stage(scene, assembly, stage), layout), assembly_(assembly) {
+      field(assembly.mesh, models_in_stage(scene, assembly, stage), layout, assembly.period_bodies),
+      assembly_(assembly) {
   start.q.assign(layout.n_vectors(), Vec3::Zero());
   start.rotations.resize(bodies.n_bodies());
   field.read_configuration(from.configuration, start);
@@ -94,6 +96,7 @@ StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage
   add_fibers(scene, assembly);
   add_contact(scene, assembly, stage, from);
   add_bodies(assembly, from);
+  if (field.is_periodic()) effects.push_back(std::make_unique<Anchors>(field));
   if (contact && from.just_separated) contact->offset_gaps(start);
   if (stage.proximal_start > 0) {
     double stiffness = 0;  // mean E A / L
@@ -122,9 +125,11 @@ void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, co
       switch (d.mode) {
         case DriveMode::displacement: drive = {DofDrive::Kind::displacement, d.value, d.amplitude}; break;
         case DriveMode::force: drive = {DofDrive::Kind::force, d.value, d.amplitude}; break;
-        case DriveMode::strain:
-          drive = {DofDrive::Kind::displacement, d.value * from.poses[b].position[axis], d.amplitude};
+        case DriveMode::strain: {
+          const int along = b == assembly.period_bodies[0] ? 0 : b == assembly.period_bodies[1] ? 1 : axis;
+          drive = {DofDrive::Kind::displacement, d.value * from.poses[b].position[along], d.amplitude};
           break;
+        }
         case DriveMode::follow:
           if (axis > 2)
             throw InputError(
@@ -286,6 +291,7 @@ PrescribedMotion StageModel::motion(const State& state, double from, double to) 
 }
 
 std::pair<Vec3, Vec3> StageModel::pull(const State& state, Index body) const {
+  if (is_period(body)) return {period_force(state, body), Vec3::Zero()};
   auto [force, moment] = ties ? ties->pull(state, body) : std::pair<Vec3, Vec3>(Vec3::Zero(), Vec3::Zero());
   if (follow) {
     const auto [f, m] = follow->pull(state, body);
@@ -293,6 +299,17 @@ std::pair<Vec3, Vec3> StageModel::pull(const State& state, Index body) const {
     moment += m;
   }
   return {force, moment};
+}
+
+/// The gradient by the period of all but the loads.
+Vec3 StageModel::period_force(const State& state, Index body) const {
+  std::vector<double> force(layout.n_dofs(), 0.0), magnitude(layout.n_vectors(), 0.0);
+  const Index node = bodies.node(body);
+  Assembler assembler(layout, nullptr, node, node + 1, force.data(), magnitude.data(), nullptr,
+                      Assembler::Tangent::none);
+  for (const auto& effect : effects)
+    if (effect.get() != loads) effect->add(state, assembler);
+  return Eigen::Map<const Vec3>(force.data() + layout.first_dof(node));
 }
 
 std::vector<double> StageModel::body_forces(const State& state) const {

@@ -41,7 +41,12 @@ struct StageModel {
   [[nodiscard]] double next_turn(double time) const;
   [[nodiscard]] PrescribedMotion motion(const State& state, double from, double to) const;
   /// Force and moment with which a body pulls at its fibers and followers.
+  /// (Of a period, the force that its drive acts with; effects must have followed `state`.)
   [[nodiscard]] std::pair<Vec3, Vec3> pull(const State& state, Index body) const;
+  /// Whether a body stands for a period vector.
+  [[nodiscard]] bool is_period(Index body) const {
+    return body == assembly_.period_bodies[0] || body == assembly_.period_bodies[1];
+  }
   /// The same of all bodies, 6 numbers each.
   [[nodiscard]] std::vector<double> body_forces(const State& state) const;
   /// The same as a stage begins. Nothing pulls at leaders yet: what their followers carry is what they take over; but
@@ -69,6 +74,7 @@ struct StageModel {
   void add_fibers(const Scene& scene, const Assembly& assembly);
   void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_bodies(const Assembly& assembly, const StageStart& from);
+  [[nodiscard]] Vec3 period_force(const State& state, Index body) const;
 
   const Assembly& assembly_;
   std::vector<FollowTerm> follow_terms_;

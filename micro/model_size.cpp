@@ -15,7 +15,7 @@ ModelSize model_size(const Scene& scene) {
   for (const Stage& stage : scene.stages) {
     Layout layout;
     const RigidBodies bodies(size.n_bodies, layout);
-    const FiberField field(assembly.mesh, models_in_stage(scene, assembly, stage), layout);
+    const FiberField field(assembly.mesh, models_in_stage(scene, assembly, stage), layout, assembly.period_bodies);
     size.n_dofs_per_stage.push_back(layout.n_dofs());
     size.n_dofs = std::max<std::int64_t>(size.n_dofs, layout.n_dofs());
   }

@@ -53,7 +53,7 @@ StageStart after_stage(const Stage& stage, const StageModel& model, const State&
     const auto more = model.crossing_order->history();
     history.insert(history.end(), more.begin(), more.end());
     std::sort(history.begin(), history.end(), [](const ContactHistory& a, const ContactHistory& b) {
-      return std::tie(a.fiber_a, a.fiber_b, a.s_a) < std::tie(b.fiber_a, b.fiber_b, b.s_a);
+      return std::tie(a.fiber_a, a.fiber_b, a.image, a.s_a) < std::tie(b.fiber_a, b.fiber_b, b.image, b.s_a);
     });
   }
   start.just_separated = stage.separate_yarns;

@@ -153,9 +153,18 @@ std::string stage_text(const Stage& stage, std::int64_t n_dofs, bool may_have_fr
 
 std::string bodies_text(const Scene& scene, Index n_bodies) {
   std::vector<std::string> names;
-  if (scene.weave)
+  if (scene.weave && scene.weave->is_periodic()) {
+    for (const auto& [family, yarns] : {std::pair{"warp", &scene.weave->warp}, {"weft", &scene.weave->weft}})
+      if (yarns->periodic) {
+        names.push_back(fmt::format("cell/{}", family));
+      } else {
+        names.push_back(fmt::format("{}/1..{}/start|end", family, yarns->n_yarns));
+        names.push_back(fmt::format("side/{}/start|end", family));
+      }
+  } else if (scene.weave) {
     names = {fmt::format("warp/1..{}/start|end", scene.weave->warp.n_yarns),
              fmt::format("weft/1..{}/start|end", scene.weave->weft.n_yarns), "side/warp|weft/start|end"};
+  }
   for (const BodySpec& body : scene.bodies) names.push_back(body.name);
   return fmt::format("Bodies: {}{}{}\n", n_bodies, names.empty() ? "" : ": ", fmt::join(names, ", "));
 }

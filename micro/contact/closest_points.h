@@ -13,18 +13,6 @@
 
 namespace trame::micro {
 
-/// A point of a centre line.
-struct Foot {
-  Index fiber = 0;
-  double s = 0;
-
-  void keep(Archive& archive) { archive(fiber, s); }
-  /// Whether there is such a place.
-  [[nodiscard]] bool is_on(const FiberMesh& mesh) const {
-    return fiber >= 0 && fiber < mesh.n_fibers() && std::isfinite(s);
-  }
-};
-
 /// A chord and how its feet are free to slide along their fibers when the fibers move: directions (δs_a, δs_b) along
 /// which |c| is stationary.
 struct Chord {
@@ -50,11 +38,11 @@ struct Chord {
 
 /// The intermediate geometry of two stretches that run in the same sense σ = ±1 (fiber b is taken backwards for −1): at
 /// mean arc length τ = ½(s_a + σ s_b) the shortest chord over u = ½(s_a − σ s_b), which is normal to the mean tangent
-/// r_a' + σ r_b'. Feet may lie beyond the ends of their fibers. Nothing where there is none within `reach` of u. `lean`
-/// is the slope by (s_a, s_b) of what is added to ½|c|².
-[[nodiscard]] std::optional<Chord> chord_at_mean_arc_length(const FiberField& field, const State& state, Index fiber_a,
-                                                            Index fiber_b, double sense, double tau, double u,
-                                                            double reach, const Vec2& lean = Vec2::Zero());
+/// r_a' + σ r_b'. Feet may lie beyond the ends of their fibers. Nothing where there is none within `reach` of u. Of `a`
+/// and `b` fibers and images count. `lean` is the slope by (s_a, s_b) of what is added to ½|c|².
+[[nodiscard]] std::optional<Chord> chord_at_mean_arc_length(const FiberField& field, const State& state, Foot a, Foot b,
+                                                            double sense, double tau, double u, double reach,
+                                                            const Vec2& lean = Vec2::Zero());
 
 /// Holds a chord near a mean arc length τ₀: minimised is ½|c|² + ½ η (τ − τ₀)², τ = ½(s_a + σ s_b). Where two fibers
 /// stay at one distance over a length, their lowest point would otherwise be anywhere along it.

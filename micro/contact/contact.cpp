@@ -14,12 +14,17 @@ Contact::Contact(const FiberField& field, const ContactLaw& law, std::vector<dou
 
 namespace {
 
-ContactHistory remember(const ContactElement& e, Index traction) {
+ContactHistory remember(const FiberField& field, const ContactElement& e, Index traction) {
   ContactHistory h;
   h.fiber_a = e.fiber_a;
   h.fiber_b = e.fiber_b;
-  h.s_a = e.s_a;
-  h.s_b = e.s_b;
+  h.image = e.pair.image();
+  // Fibers that come back together have slid on past where they do.
+  const double whole =
+      field.come_back_together(e.fiber_a, e.fiber_b) ? std::floor(e.s_a / field.mesh().length(e.fiber_a)) : 0;
+  const Vec2 back = whole_periods(field, e.fiber_a, e.fiber_b, whole);
+  h.s_a = e.s_a - back[0];
+  h.s_b = e.s_b - back[1];
   h.normal = e.normal;
   h.traction = traction;
   h.penalty_scale = e.next_scale;
@@ -33,17 +38,17 @@ ContactHistory remember(const ContactElement& e, Index traction) {
   return h;
 }
 
-bool is_before(const ContactElement& e, Index fiber_a, Index fiber_b, double s_a) {
-  return std::tie(e.fiber_a, e.fiber_b, e.s_a) < std::tie(fiber_a, fiber_b, s_a);
+bool is_before(const ContactElement& e, const Proximity& pair, double s_a) {
+  return std::tie(e.fiber_a, e.fiber_b, e.pair.image(), e.s_a) <
+         std::make_tuple(pair.fiber_a(), pair.fiber_b(), pair.image(), s_a);
 }
 
 /// Elements in the order of their fibers and of where their feet have slid to.
 std::vector<const ContactElement*> in_order(const std::vector<ContactElement>& elements) {
   std::vector<const ContactElement*> sorted;
   for (const ContactElement& e : elements) sorted.push_back(&e);
-  std::stable_sort(sorted.begin(), sorted.end(), [](const ContactElement* p, const ContactElement* q) {
-    return is_before(*p, q->fiber_a, q->fiber_b, q->s_a);
-  });
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const ContactElement* p, const ContactElement* q) { return is_before(*p, q->pair, q->s_a); });
   return sorted;
 }
 
@@ -57,23 +62,41 @@ double distance_along(const ContactElement& e, const Proximity& p) {
   return std::abs(e.pair.hold.mean_arc_length - p.hold.mean_arc_length) + 0.125 * std::abs(a - sense * b);
 }
 
-/// The element of an earlier search in the same increment at the same place.
-const ContactElement* same_place(const std::vector<const ContactElement*>& before, const Proximity& p, double near) {
-  const double farthest = p.point ? 2 * near : 5 * near;  // of one foot
-  auto e = std::partition_point(before.begin(), before.end(), [&](const ContactElement* x) {
-    return is_before(*x, p.fiber_a(), p.fiber_b(), p.s_a() - farthest);
-  });
-  const ContactElement* best = nullptr;
-  double least = near;
-  for (; e != before.end() && (*e)->fiber_a == p.fiber_a() && (*e)->fiber_b == p.fiber_b() &&
-         (*e)->s_a < p.s_a() + farthest;
-       ++e) {
-    if (const double distance = distance_along(**e, p); (*e)->crossing == p.point && distance < least) {
-      least = distance;
-      best = *e;
-    }
+/// Looks for what is nearest to a place, `search(place, nearest, least)`; where both fibers come back together, also
+/// from a period before and after.
+template <typename T, typename Search>
+const T* nearest_to(const FiberField& field, const Proximity& p, double near, const Search& search) {
+  const T* nearest = nullptr;
+  search(p, nearest, near);
+  if (!field.come_back_together(p.fiber_a(), p.fiber_b())) return nearest;
+  for (const double n : {-1.0, 1.0}) {
+    Proximity moved = p;
+    const Vec2 ds = whole_periods(field, p.fiber_a(), p.fiber_b(), n);
+    moved.chord.a.s += ds[0];
+    moved.chord.b.s += ds[1];
+    moved.hold.mean_arc_length += moved.hold.along().dot(ds);
+    search(moved, nearest, near);
   }
-  return best;
+  return nearest;
+}
+
+/// The element of an earlier search in the same increment at the same place.
+const ContactElement* same_place(const FiberField& field, const std::vector<const ContactElement*>& before,
+                                 const Proximity& place, double near) {
+  return nearest_to<ContactElement>(
+      field, place, near, [&](const Proximity& p, const ContactElement*& best, double& least) {
+        const double farthest = p.point ? 2 * near : 5 * near;  // of one foot
+        auto e = std::partition_point(before.begin(), before.end(),
+                                      [&](const ContactElement* x) { return is_before(*x, p, p.s_a() - farthest); });
+        for (; e != before.end() && (*e)->fiber_a == p.fiber_a() && (*e)->fiber_b == p.fiber_b() &&
+               (*e)->pair.image() == p.image() && (*e)->s_a < p.s_a() + farthest;
+             ++e) {
+          if (const double distance = distance_along(**e, p); (*e)->crossing == p.point && distance < least) {
+            least = distance;
+            best = *e;
+          }
+        }
+      });
 }
 
 }  // namespace
@@ -104,7 +127,7 @@ void Contact::offset_gaps(const State& start) {
   for (const StickSlip& s : stick_slip_) tractions_.push_back(s.traction_start);
   for (const ContactElement& e : elements_) {
     const auto traction = law_.friction ? static_cast<Index>(history.size()) : -1;
-    history.push_back(remember(e, traction));
+    history.push_back(remember(field_, e, traction));
     history.back().gap_offset = std::max(0.0, -e.gap());
   }
   history_ = std::move(history);
@@ -118,25 +141,28 @@ void Contact::offset_gaps(const State& start) {
 
 /// The history entry of the same two fibers nearest in arc length, within one sample length, of the same kind if there
 /// is one; a point keeps its identity where it slides farther.
-const ContactHistory* Contact::find_history(const Proximity& p) const {
-  const double sum = 2 * mean_radius(p.fiber_a(), p.fiber_b());
-  const double along = spacing(p.fiber_a(), p.fiber_b());
-  const double reach = p.point ? std::max(4 * sum, along) : along;
-  const auto key = std::make_pair(p.fiber_a(), p.fiber_b());
-  auto h = std::lower_bound(
-      history_.begin(), history_.end(), std::make_tuple(p.fiber_a(), p.fiber_b(), p.s_a() - reach),
-      [](const ContactHistory& c, const auto& k) { return std::make_tuple(c.fiber_a, c.fiber_b, c.s_a) < k; });
-  const ContactHistory* best = nullptr;
-  double best_distance = reach;
-  for (; h != history_.end() && std::make_pair(h->fiber_a, h->fiber_b) == key && h->s_a <= p.s_a() + reach; ++h) {
-    double distance = 0.5 * (std::abs(h->s_a - p.s_a()) + std::abs(h->s_b - p.s_b()));
-    if (h->point != p.point) distance = 0.5 * (distance + reach);
-    if (distance < best_distance) {
-      best_distance = distance;
-      best = &*h;
-    }
-  }
-  return best;
+const ContactHistory* Contact::find_history(const Proximity& place) const {
+  const double sum = 2 * mean_radius(place.fiber_a(), place.fiber_b());
+  const double along = spacing(place.fiber_a(), place.fiber_b());
+  const double reach = place.point ? std::max(4 * sum, along) : along;
+  const auto key = [](const ContactHistory& h) { return std::tie(h.fiber_a, h.fiber_b, h.image); };
+  return nearest_to<ContactHistory>(
+      field_, place, reach, [&](const Proximity& p, const ContactHistory*& best, double& best_distance) {
+        const auto pair = std::make_tuple(p.fiber_a(), p.fiber_b(), p.image());
+        auto h =
+            std::lower_bound(history_.begin(), history_.end(), std::make_tuple(pair, p.s_a() - reach),
+                             [&](const ContactHistory& c, const auto& k) {
+                               return key(c) < std::get<0>(k) || (key(c) == std::get<0>(k) && c.s_a < std::get<1>(k));
+                             });
+        for (; h != history_.end() && key(*h) == pair && h->s_a <= p.s_a() + reach; ++h) {
+          double distance = 0.5 * (std::abs(h->s_a - p.s_a()) + std::abs(h->s_b - p.s_b()));
+          if (h->point != p.point) distance = 0.5 * (distance + reach);
+          if (distance < best_distance) {
+            best_distance = distance;
+            best = &*h;
+          }
+        }
+      });
 }
 
 void Contact::set_history(std::vector<ContactHistory> history, std::vector<Vec3> tractions) {
@@ -149,14 +175,19 @@ void Contact::set_history(std::vector<ContactHistory> history, std::vector<Vec3>
   note_loaded_particles();
 }
 
+double Contact::in_first_period(Index fiber, double s) const {
+  const double length = field_.mesh().length(fiber);
+  return field_.mesh().period(fiber) < 0 ? s : s - length * std::floor(s / length);
+}
+
 /// Only penalties that adapt differ from place to place.
 void Contact::note_loaded_particles() {
   if (!law_.adapt_penalty) return;
   loaded_.clear();
   for (const ContactHistory& h : history_)
     if (h.touches) {
-      loaded_.push_back({h.fiber_a, h.s_a, std::log(h.penalty_scale)});
-      loaded_.push_back({h.fiber_b, h.s_b, std::log(h.penalty_scale)});
+      loaded_.push_back({h.fiber_a, in_first_period(h.fiber_a, h.s_a), std::log(h.penalty_scale)});
+      loaded_.push_back({h.fiber_b, in_first_period(h.fiber_b, h.s_b), std::log(h.penalty_scale)});
     }
   std::sort(loaded_.begin(), loaded_.end(), [](const LoadedParticle& a, const LoadedParticle& b) {
     return std::tie(a.fiber, a.s, a.log_scale) < std::tie(b.fiber, b.s, b.log_scale);
@@ -174,8 +205,14 @@ double Contact::starting_scale(const Proximity& p) const {
                               [](const LoadedParticle& a, const auto& k) { return std::make_pair(a.fiber, a.s) < k; });
     for (; l != loaded_.end() && l->fiber == fiber && l->s < s + reach; ++l, ++n) sum += l->log_scale;
   };
-  collect(p.fiber_a(), p.s_a());
-  collect(p.fiber_b(), p.s_b());
+  const auto collect_around = [&](const Foot& foot) {
+    const double s = in_first_period(foot.fiber, foot.s);
+    collect(foot.fiber, s);
+    if (field_.mesh().period(foot.fiber) < 0) return;
+    for (const double n_periods : {-1.0, 1.0}) collect(foot.fiber, s + n_periods * field_.mesh().length(foot.fiber));
+  };
+  collect_around(p.chord.a);
+  collect_around(p.chord.b);
   return n > 0 ? std::exp(sum / n) : 1;
 }
 
@@ -203,7 +240,8 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
     e.gap_offset = known->gap_offset;
     // A preload belongs to one element and not to all that come up around it.
     const double near = p.point ? mean_radius(e.fiber_a, e.fiber_b) : 0.5 * spacing(e.fiber_a, e.fiber_b);
-    if (known->point == p.point && 0.5 * (std::abs(known->s_a - p.s_a()) + std::abs(known->s_b - p.s_b())) < near) {
+    const Vec2 ds = without_periods(field_, e.fiber_a, e.fiber_b, {known->s_a - p.s_a(), known->s_b - p.s_b()});
+    if (known->point == p.point && 0.5 * (std::abs(ds[0]) + std::abs(ds[1])) < near) {
       e.preload = known->preload;
       e.stuck = known->stuck;
     }
@@ -253,7 +291,7 @@ void Contact::update(const State& state, bool keep) {
   std::vector<char> found_again(before.size(), 0);
   for (Proximity& p : find_proximities(field_, state, law_.search)) {
     const double near = p.point ? mean_radius(p.fiber_a(), p.fiber_b()) : 0.25 * spacing(p.fiber_a(), p.fiber_b());
-    const ContactElement* same = same_place(sorted_before, p, near);
+    const ContactElement* same = same_place(field_, sorted_before, p, near);
     if (same && found_again[same - before.data()]) {
       if (keep) continue;  // a second lowest point beside the one that it is
       same = nullptr;
@@ -268,8 +306,8 @@ void Contact::update(const State& state, bool keep) {
   if (keep)
     std::stable_sort(found.begin(), found.end(), [](const Found& x, const Found& y) {
       const Proximity &p = x.pair, &q = y.pair;
-      return std::make_tuple(p.fiber_a(), p.fiber_b(), p.s_a(), p.s_b()) <
-             std::make_tuple(q.fiber_a(), q.fiber_b(), q.s_a(), q.s_b());
+      return std::make_tuple(p.fiber_a(), p.fiber_b(), p.image(), p.s_a(), p.s_b()) <
+             std::make_tuple(q.fiber_a(), q.fiber_b(), q.image(), q.s_a(), q.s_b());
     });
   elements_.resize(found.size());
   known_.resize(found.size());
@@ -338,7 +376,9 @@ void Contact::limit_reach(const State& state, std::span<double> reach) const {
   }
 #pragma omp parallel for schedule(dynamic, 16)
   for (Index f = 0; f < mesh.n_fibers(); ++f) {
-    double apart = law_.search.self_contact ? 0 : std::numeric_limits<double>::infinity();
+    // In a periodic cell there are images all around.
+    const bool has_company = law_.search.self_contact || field_.is_periodic();
+    double apart = has_company ? 0 : std::numeric_limits<double>::infinity();
     for (Index g = 0; g < mesh.n_fibers() && apart > 0; ++g)
       if (g != f) apart = std::min(apart, boxes[f].exteriorDistance(boxes[g]));
     for (Index n = field_.element_node(f, 0); n <= field_.last_node(f); ++n)
@@ -362,7 +402,7 @@ double Contact::slip_energy(const State& state) const {
 }
 
 void Contact::add_sparsity(Pattern::Builder& builder) const {
-  for (const ContactElement& e : elements_) e.covered.add_sparsity(builder);
+  for (const ContactElement& e : elements_) e.covered.add_sparsity(field_, e.pair.chord.a, e.pair.chord.b, builder);
 }
 
 void Contact::add(const State& state, Assembler& assembler) const {
@@ -486,7 +526,7 @@ std::vector<double> Contact::book_changes(const State& state) {
     const ContactElement& e = elements_[i];
     const double p_reg = regularisation(e), along = 0.25 * spacing(e.fiber_a, e.fiber_b);
     const ContactElement* same =
-        same_place(sorted, e.pair, e.crossing ? std::max(mean_radius(e.fiber_a, e.fiber_b), along) : along);
+        same_place(field_, sorted, e.pair, e.crossing ? std::max(mean_radius(e.fiber_a, e.fiber_b), along) : along);
     booked_[Source::preloads] += e.work_of_all_raising(p_reg);
     const std::size_t j = same ? same - elements_n_.data() : 0;
     if (!same || std::exchange(went_on[j], 1) != 0) {
@@ -534,9 +574,9 @@ void Contact::commit(const State& state) {
   elements_n_ = elements_;
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i)
-    history_[i] = remember(elements_[i], law_.friction ? static_cast<Index>(i) : -1);
+    history_[i] = remember(field_, elements_[i], law_.friction ? static_cast<Index>(i) : -1);
   std::stable_sort(history_.begin(), history_.end(), [](const ContactHistory& x, const ContactHistory& y) {
-    return std::tie(x.fiber_a, x.fiber_b, x.s_a) < std::tie(y.fiber_a, y.fiber_b, y.s_a);
+    return std::tie(x.fiber_a, x.fiber_b, x.image, x.s_a) < std::tie(y.fiber_a, y.fiber_b, y.image, y.s_a);
   });
   known_.clear();
   note_loaded_particles();
@@ -573,7 +613,7 @@ void Contact::adapt_penalties() {
     std::size_t end = begin;
     double penetration = 0, scale = 0;
     while (end < elements_.size() && end - begin < zone_samples && elements_[end].fiber_a == first.fiber_a &&
-           elements_[end].fiber_b == first.fiber_b &&
+           elements_[end].fiber_b == first.fiber_b && elements_[end].pair.image() == first.pair.image() &&
            (end == begin || elements_[end].s_a - elements_[end - 1].s_a < 2 * first.length)) {
       const ContactElement& e = elements_[end++];
       if (!e.stuck) penetration = std::max(penetration, -e.gap());

@@ -84,6 +84,8 @@ class Contact final : public Effect {
   [[nodiscard]] double mean_radius(Index a, Index b) const;
   [[nodiscard]] double spacing(Index a, Index b) const;
   [[nodiscard]] double starting_scale(const Proximity& proximity) const;
+  /// The arc length of the same place within the first period, of a fiber that comes back.
+  [[nodiscard]] double in_first_period(Index fiber, double s) const;
   void note_loaded_particles();
   void adapt_penalties();
   /// Books what became of the contacts of the last accepted state on the way to `state`. Returns the force of each of

@@ -39,7 +39,7 @@ SeenSection see_section(const FiberField& field, const State& state, const Foot&
                         const Vec3& outward) {
   SeenSection seen;
   if (field.model(foot.fiber) != FiberModel::enriched) return seen;
-  const CurveShape shape = field.shape(foot.fiber, foot.s);
+  const CurveShape shape = field.shape(foot);
   const auto [g1, g2] = field.section(state, shape);
   const Vec2 w(outward.dot(g1), outward.dot(g2));
   const double size = w.norm();
@@ -157,8 +157,8 @@ void follow(const FiberField& field, const State& state, ContactElement& e) { fi
 
 void place_particles(const FiberField& field, ContactElement& e) {
   const Foot &a = e.pair.chord.a, &b = e.pair.chord.b;
-  e.a = field.particle(a.fiber, a.s, e.radius_a * e.measured.a.w);
-  e.b = field.particle(b.fiber, b.s, e.radius_b * e.measured.b.w);
+  e.a = field.particle(a, e.radius_a * e.measured.a.w);
+  e.b = field.particle(b, e.radius_b * e.measured.b.w);
 }
 
 namespace {
@@ -172,20 +172,20 @@ struct LinearForm {
 void add_force(const LinearForm& form, const Vec3& force, Assembler& assembler) {
   for (int side = 0; side < 2; ++side) {
     const FiberPoint& p = *form.point[side];
-    for (int n = 0; n < p.n_nodes; ++n)
-      for (int v = 0; v < p.n_vectors; ++v)
-        assembler.add_force(p.first_node + n, v, form.sign[side] * p.weight[n][v] * force);
+    for (int n = 0; n < p.slots.n_slots; ++n)
+      for (int v = 0; v < p.slots.vectors(n); ++v)
+        assembler.add_force(p.slots.node[n], v, form.sign[side] * p.weight[n][v] * force);
   }
 }
 
-/// The block of node `row` of p and node `column` of q += factor wᵢ wⱼ M.
+/// The block of slot `row` of p and slot `column` of q += factor wᵢ wⱼ M.
 void add_block(const FiberPoint& p, int row, const FiberPoint& q, int column, double factor, const Mat3& m,
                Assembler& assembler) {
-  const Index i = p.first_node + row, j = q.first_node + column;
+  const Index i = p.slots.node[row], j = q.slots.node[column];
   if (i < j || !assembler.owns(j)) return;
   const auto block = assembler.block(i, j);
-  for (int w = 0; w < q.n_vectors; ++w)
-    for (int v = 0; v < p.n_vectors; ++v) {
+  for (int w = 0; w < q.slots.vectors(column); ++w)
+    for (int v = 0; v < p.slots.vectors(row); ++v) {
       const double weight = factor * q.weight[column][w] * p.weight[row][v];
       for (int c = 0; c < 3; ++c) {
         double* values = block.data + static_cast<std::size_t>(3 * w + c) * block.stride + 3 * v;
@@ -198,14 +198,13 @@ void add_block(const FiberPoint& p, int row, const FiberPoint& q, int column, do
 void add_tangent(const LinearForm& form, const Mat3& m, Assembler& assembler) {
   for (int row = 0; row < 2; ++row)
     for (int column = 0; column < 2; ++column)
-      for (int i = 0; i < form.point[row]->n_nodes; ++i)
-        for (int j = 0; j < form.point[column]->n_nodes; ++j)
+      for (int i = 0; i < form.point[row]->slots.n_slots; ++i)
+        for (int j = 0; j < form.point[column]->slots.n_slots; ++j)
           add_block(*form.point[row], i, *form.point[column], j, form.sign[row] * form.sign[column], m, assembler);
 }
 
 bool touches(const FiberPoint& a, const FiberPoint& b, const Assembler& assembler) {
-  return assembler.touches(a.first_node, a.first_node + a.n_nodes - 1) ||
-         assembler.touches(b.first_node, b.first_node + b.n_nodes - 1);
+  return a.slots.touches(assembler) || b.slots.touches(assembler);
 }
 
 /// How a section turns about its centre against the normal: what moves the particle that is outermost along its

@@ -81,6 +81,7 @@ constexpr double largest_penalty_scale = 400;
 /// What history keeps of a contact element between detections, increments and stages.
 struct ContactHistory {
   Index fiber_a = 0, fiber_b = 0;  ///< a < b
+  Image image{};                   ///< of b, see Proximity
   double s_a = 0, s_b = 0;
   Vec3 normal = Vec3::UnitZ();
   Index traction = -1;  ///< which of the remembered tractions; negative without friction
@@ -93,8 +94,8 @@ struct ContactHistory {
   bool stuck = false;  ///< see ContactElement
 
   void keep(Archive& archive) {
-    archive(fiber_a, fiber_b, s_a, s_b, normal, traction, penalty_scale, touches, gap_offset, length, point, preload,
-            stuck);
+    archive(fiber_a, fiber_b, image[0], image[1], s_a, s_b, normal, traction, penalty_scale, touches, gap_offset,
+            length, point, preload, stuck);
   }
 };
 

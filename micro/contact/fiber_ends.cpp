@@ -67,7 +67,8 @@ std::vector<BuriedEnd> find_buried_ends(const FiberField& field, const State& st
   std::vector<Eigen::AlignedBox3d> boxes;
   for (Index f = 0; f < mesh.n_fibers(); ++f) boxes.push_back(box_of(field, state, f));
   std::vector<BuriedEnd> found;
-  for (Index f = 0; f < mesh.n_fibers(); ++f)
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    if (mesh.period(f) >= 0) continue;
     for (const FiberEnd end : {FiberEnd::start, FiberEnd::end}) {
       const Vec3 x = field.curve(state, f, end == FiberEnd::start ? 0 : mesh.length(f)).r;
       for (Index other = 0; other < mesh.n_fibers(); ++other) {
@@ -78,6 +79,7 @@ std::vector<BuriedEnd> find_buried_ends(const FiberField& field, const State& st
         }
       }
     }
+  }
   return found;
 }
 

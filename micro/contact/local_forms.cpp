@@ -8,39 +8,42 @@ bool CoveredNodes::cover(const FiberField& field, const Foot& a, const Foot& b) 
   for (int side = 0; side < 2; ++side) {
     const Foot& foot = side == 0 ? a : b;
     auto& [first, last] = range[side];
-    const auto nodes_at = [&](double s) {
-      const CurveShape shape = field.shape(foot.fiber, s);
-      return std::make_pair(shape.first_node, shape.first_node + shape.n_nodes - 1);
-    };
-    const auto [first_needed, last_needed] = nodes_at(foot.s);
+    const auto [first_needed, last_needed] = field.nodes_at(foot.fiber, foot.s);
     if (first <= first_needed && last >= last_needed) continue;
     grown = true;
     const double beside = beside_node * field.element_length(foot.fiber);
-    const Index from = nodes_at(foot.s - beside).first, to = nodes_at(foot.s + beside).second;
+    const Index from = field.nodes_at(foot.fiber, foot.s - beside).first,
+                to = field.nodes_at(foot.fiber, foot.s + beside).second;
     const bool empty = last < first;
     first = empty ? from : std::min(first, from);
     last = empty ? to : std::max(last, to);
+    for (int which = 0; which < 2; ++which)
+      periods[which] = periods[which] || foot.image[which] != 0 || field.passes_seam(foot.fiber, which, first, last);
   }
   return grown;
 }
 
-void CoveredNodes::add_sparsity(Pattern::Builder& builder) const {
+void CoveredNodes::add_sparsity(const FiberField& field, const Foot& a, const Foot& b,
+                                Pattern::Builder& builder) const {
   std::vector<Index> nodes;
-  for (const auto& [first, last] : range)
-    for (Index n = first; n <= last; ++n) nodes.push_back(n);
+  for (int side = 0; side < 2; ++side)
+    for (Index n = range[side].first; n <= range[side].second; ++n)
+      nodes.push_back(field.wrapped_node((side == 0 ? a : b).fiber, n));
+  for (int which = 0; which < 2; ++which)
+    if (periods[which]) nodes.push_back(field.period_nodes()[which]);
   builder.add_clique(nodes);
 }
 
 template <typename Visit>
 void LocalForms::for_each_node(Visit&& visit) const {
   for (int side = 0; side < 2; ++side)
-    for (int n = 0; n < shape_[side].n_nodes; ++n) visit(shape_[side].first_node + n, side, n);
+    for (int n = 0; n < shape_[side].slots.n_slots; ++n) visit(shape_[side].slots.node[n], side, n);
 }
 
 void LocalForms::scatter_force(const Form& force, Assembler& assembler) const {
   for_each_node([&](Index node, int side, int n) {
     if (!assembler.owns(node)) return;
-    for (int v = 0; v < shape_[side].n_vectors; ++v) {
+    for (int v = 0; v < shape_[side].slots.vectors(n); ++v) {
       const Parts p = parts(side, n, v);
       Vec3 f = p.weight * force.segment<3>(p.at);
       if (p.both) f += p.weight_of_tangent * force.segment<3>(p.at + 3);
@@ -55,7 +58,7 @@ void LocalForms::scatter_tangent(Matrix& k, Assembler& assembler) const {
   std::array<Columns, 3> columns;  // of k, for each vector of a node
   for_each_node([&](Index j, int side, int n) {
     if (!assembler.owns(j)) return;
-    for (int u = 0; u < shape_[side].n_vectors; ++u) {
+    for (int u = 0; u < shape_[side].slots.vectors(n); ++u) {
       const Parts q = parts(side, n, u);
       columns[u] = q.weight * k.middleCols<3>(q.at);
       if (q.both) columns[u] += q.weight_of_tangent * k.middleCols<3>(q.at + 3);
@@ -63,9 +66,9 @@ void LocalForms::scatter_tangent(Matrix& k, Assembler& assembler) const {
     for_each_node([&](Index i, int other, int m) {
       if (i < j) return;
       const auto block = assembler.block(i, j);
-      for (int v = 0; v < shape_[other].n_vectors; ++v) {
+      for (int v = 0; v < shape_[other].slots.vectors(m); ++v) {
         const Parts p = parts(other, m, v);
-        for (int u = 0; u < shape_[side].n_vectors; ++u) {
+        for (int u = 0; u < shape_[side].slots.vectors(n); ++u) {
           Mat3 b = p.weight * columns[u].middleRows<3>(p.at);
           if (p.both) b += p.weight_of_tangent * columns[u].middleRows<3>(p.at + 3);
           for (int c = 0; c < 3; ++c) {

@@ -14,11 +14,13 @@ namespace trame::micro {
 /// Nodes of two fibers that the sparsity covers: those that the feet depend on, and the next ones where a foot
 /// is near a node. Empty at first.
 struct CoveredNodes {
-  std::array<std::pair<Index, Index>, 2> range{{{0, -1}, {0, -1}}};  ///< first and last
+  /// First and last, counted on where a fiber comes back to its start.
+  std::array<std::pair<Index, Index>, 2> range{{{0, -1}, {0, -1}}};
+  std::array<bool, 2> periods{};  ///< whether the period vectors are among them
 
   /// Makes them cover the feet. Returns whether they did not.
   bool cover(const FiberField& field, const Foot& a, const Foot& b);
-  void add_sparsity(Pattern::Builder& builder) const;
+  void add_sparsity(const FiberField& field, const Foot& a, const Foot& b, Pattern::Builder& builder) const;
 };
 
 /// Linear forms of what a contact depends on at its feet: for each side the position r, its derivative r' and the
@@ -31,13 +33,11 @@ class LocalForms {
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_size, max_size>;
 
   LocalForms(const FiberField& field, const Foot& a, const Foot& b)
-      : shape_{field.shape(a.fiber, a.s), field.shape(b.fiber, b.s)},
-        size_(shape_[0].n_vectors == 3 || shape_[1].n_vectors == 3 ? max_size : max_size / 2) {}
+      : shape_{field.shape(a), field.shape(b)},
+        size_(shape_[0].slots.n_vectors == 3 || shape_[1].slots.n_vectors == 3 ? max_size : max_size / 2) {}
 
   [[nodiscard]] bool touches(const Assembler& assembler) const {
-    return std::any_of(shape_.begin(), shape_.end(), [&](const CurveShape& shape) {
-      return assembler.touches(shape.first_node, shape.first_node + shape.n_nodes - 1);
-    });
+    return shape_[0].slots.touches(assembler) || shape_[1].slots.touches(assembler);
   }
   [[nodiscard]] Form zero() const { return Form::Zero(size_); }
   [[nodiscard]] Matrix zero_matrix() const { return Matrix::Zero(size_, size_); }
@@ -52,7 +52,7 @@ class LocalForms {
   }
   /// form += direction·(v₁ δg₁ + v₂ δg₂); nothing for rods.
   void add_section(Form& form, int side, const Vec2& v, const Vec3& direction) const {
-    if (shape_[side].n_vectors < 3) return;
+    if (shape_[side].slots.n_vectors < 3) return;
     for (int w = 0; w < 2; ++w) form.segment<3>(section_at(side, w)) += v[w] * direction;
   }
 
@@ -72,7 +72,7 @@ class LocalForms {
   void scatter_tangent(Matrix& k, Assembler& assembler) const;
 
  private:
-  /// Calls visit(node, side, its number among those of the side).
+  /// Calls visit(node, side, its slot on that side).
   template <typename Visit>
   void for_each_node(Visit&& visit) const;
   [[nodiscard]] static int section_at(int side, int v) { return 12 + 6 * side + 3 * v; }
@@ -84,7 +84,7 @@ class LocalForms {
   };
   [[nodiscard]] Parts parts(int side, int node, int vector) const {
     const CurveShape& s = shape_[side];
-    if (s.n_vectors == 3 && vector > 0) return {section_at(side, vector - 1), s.section[node], 0, false};
+    if (s.slots.n_vectors == 3 && vector > 0) return {section_at(side, vector - 1), s.section[node], 0, false};
     return {6 * side, s.r[node][vector], s.tangent[node][vector], true};
   }
 

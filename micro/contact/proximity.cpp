@@ -1,8 +1,10 @@
 #include "micro/contact/proximity.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 namespace trame::micro {
 
@@ -11,6 +13,7 @@ namespace {
 struct Sample {
   Index fiber;
   Index number;  // along the fiber
+  Image image;
   double s;
   Vec3 r, tangent;
   double curvature;  // |r''|
@@ -25,7 +28,7 @@ struct Near {
 
 /// A sample of an intermediate geometry, k = its number, and a guess of u.
 struct Candidate {
-  Index fiber_a, fiber_b;
+  Foot a, b;
   int sense;
   std::int64_t k;
   double u, distance;
@@ -43,6 +46,18 @@ double fiber_spacing(const FiberField& field, const ProximitySearch& search, Ind
 /// Spacing of the samples of a pair: fine enough for both.
 double pair_spacing(const FiberField& field, const ProximitySearch& search, Index a, Index b) {
   return search.spacing * std::min(field.element_length(a), field.element_length(b));
+}
+/// Of the samples of a pair whose fibers come back together: a whole number of them in the mean of both periods.
+struct Sampling {
+  double spacing;
+  std::int64_t n;  // in a period; 0: the fibers do not
+};
+Sampling pair_sampling(const FiberField& field, const ProximitySearch& search, Index a, Index b) {
+  const double wanted = pair_spacing(field, search, a, b);
+  if (!field.come_back_together(a, b)) return {wanted, 0};
+  const double period = 0.5 * (field.mesh().length(a) + field.mesh().length(b));
+  const double n = std::max(1.0, std::round(period / wanted));
+  return {period / n, static_cast<std::int64_t>(n)};
 }
 double sum_of_radii(const FiberField& field, Index a, Index b) {
   return field.mesh().radius[a] + field.mesh().radius[b];
@@ -65,6 +80,57 @@ double least_arc_between(const FiberField& field, const ProximitySearch& search,
   return 6 * field.mesh().radius[fiber] + 2 * fiber_spacing(field, search, fiber);
 }
 
+std::uint64_t cell_of(const Vec3& r, double cell_size) {
+  const Eigen::Array<std::int64_t, 3, 1> c = (r / cell_size).array().floor().cast<std::int64_t>();
+  return cell_key(c[0], c[1], c[2]);
+}
+
+/// Adds the images of samples of a periodic cell that may be near the samples themselves. An image along the period by
+/// which a fiber comes back is the fiber itself, farther on.
+void add_images(const FiberField& field, const State& state, double cell_size, std::vector<Sample>& samples) {
+  if (!field.is_periodic() || samples.empty()) return;
+  // Coordinates along the periods, by their duals.
+  Eigen::Matrix<double, 3, 2> periods, duals;
+  for (int which = 0; which < 2; ++which) {
+    periods.col(which) = field.period(state, which);
+    if (field.period_nodes()[which] < 0) periods.col(which) = field.period(state, 1 - which).unitOrthogonal();
+  }
+  duals = periods * (periods.transpose() * periods).inverse();
+  Vec2 low = duals.transpose() * samples.front().r, high = low;
+  for (const Sample& s : samples) {
+    const Vec2 x = duals.transpose() * s.r;
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  const Vec2 within = cell_size * duals.colwise().norm().transpose();
+  std::array<int, 2> most{};
+  for (int which = 0; which < 2; ++which)
+    if (field.period_nodes()[which] >= 0)
+      most[which] = static_cast<int>(std::ceil(high[which] - low[which] + within[which]));
+  std::vector<Index> n_samples(field.mesh().n_fibers(), 0);
+  for (const Sample& s : samples) ++n_samples[s.fiber];
+  const std::size_t n = samples.size();
+  for (int i = -most[0]; i <= most[0]; ++i)
+    for (int j = -most[1]; j <= most[1]; ++j) {
+      if (i == 0 && j == 0) continue;
+      const Vec3 shift = periods * Vec2(i, j);
+      for (std::size_t k = 0; k < n; ++k) {
+        const Vec2 x = duals.transpose() * (samples[k].r + shift);
+        if ((x.array() < (low - within).array()).any() || (x.array() > (high + within).array()).any()) continue;
+        Sample image = samples[k];
+        image.r += shift;
+        image.image = {i, j};
+        if (const int own = field.mesh().period(image.fiber); own >= 0) {
+          const int whole = std::exchange(image.image[own], 0);
+          image.s += whole * field.mesh().length(image.fiber);
+          image.number += whole * n_samples[image.fiber];
+        }
+        image.cell = cell_of(image.r, cell_size);
+        samples.push_back(image);
+      }
+    }
+}
+
 /// Samples of all fibers, sorted by grid cell.
 std::vector<Sample> sample_fibers(const FiberField& field, const State& state, const ProximitySearch& search,
                                   double cell_size) {
@@ -80,25 +146,45 @@ std::vector<Sample> sample_fibers(const FiberField& field, const State& state, c
     for (std::size_t i = first[f]; i < first[f + 1]; ++i) {
       const double s = (static_cast<double>(i - first[f]) + 0.5) * step;
       const CurveJet jet = field.curve(state, f, s);
-      const Eigen::Array<std::int64_t, 3, 1> c = (jet.r / cell_size).array().floor().cast<std::int64_t>();
-      samples[i] = {
-          f, static_cast<Index>(i - first[f]), s, jet.r, jet.tangent, jet.curvature.norm(), cell_key(c[0], c[1], c[2])};
+      samples[i] = {f,
+                    static_cast<Index>(i - first[f]),
+                    {},
+                    s,
+                    jet.r,
+                    jet.tangent,
+                    jet.curvature.norm(),
+                    cell_of(jet.r, cell_size)};
     }
   }
+  add_images(field, state, cell_size, samples);
   std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) {
-    return std::tie(a.cell, a.fiber, a.s) < std::tie(b.cell, b.fiber, b.s);
+    return std::tie(a.cell, a.fiber, a.image, a.s) < std::tie(b.cell, b.fiber, b.image, b.s);
   });
   return samples;
 }
 
+/// Whether two samples, a the first one, stand for all pairs that are the same but for whole periods (Proximity).
+bool is_canonical(const FiberField& field, const Sample& a, const Sample& b) {
+  constexpr Image here{};
+  if (a.image != here || (a.fiber == b.fiber && b.image < here)) return false;
+  const int period = field.mesh().period(a.fiber);
+  if (period >= 0 && b.image[period] != 0) return false;
+  return !field.come_back_together(a.fiber, b.fiber) || (a.s >= 0 && a.s < field.mesh().length(a.fiber));
+}
+
 void keep_if_near(const FiberField& field, const ProximitySearch& search, const Sample* a, const Sample* b,
                   std::vector<Near>& near) {
-  if (std::tie(a->fiber, a->s) > std::tie(b->fiber, b->s)) std::swap(a, b);
+  const auto rank = [](const Sample& s) { return std::make_tuple(s.fiber, s.image != Image{}, s.s); };
+  if (rank(*a) > rank(*b)) std::swap(a, b);
   const double distance = (b->r - a->r).norm();
   if (distance > sample_reach(field, search, a->fiber, b->fiber)) return;
-  if (a->fiber == b->fiber && (!search.self_contact || b->s - a->s < least_arc_between(field, search, a->fiber)))
+  if (field.is_periodic() && !is_canonical(field, *a, *b)) return;
+  const bool is_image = b->image != Image{};
+  if (a->fiber == b->fiber && !is_image &&
+      (!search.self_contact || b->s - a->s < least_arc_between(field, search, a->fiber)))
     return;
-  if (search.wanted && !search.wanted(a->fiber, b->fiber)) return;
+  const auto yarn = [&](const Sample* s) { return field.mesh().yarn_of_fiber[s->fiber]; };
+  if (search.wanted && !(is_image && yarn(a) == yarn(b)) && !search.wanted(a->fiber, b->fiber)) return;
   near.push_back({a, b, distance});
 }
 
@@ -127,7 +213,9 @@ std::vector<Near> find_near(const FiberField& field, const ProximitySearch& sear
     }
     begin = end;
   }
-  const auto key = [](const Near& n) { return std::make_tuple(n.a->fiber, n.b->fiber, n.a->number, n.b->number); };
+  const auto key = [](const Near& n) {
+    return std::make_tuple(n.a->fiber, n.b->fiber, n.b->image, n.a->number, n.b->number);
+  };
   std::sort(near.begin(), near.end(), [&](const Near& m, const Near& n) { return key(m) < key(n); });
   return near;
 }
@@ -174,11 +262,11 @@ double smooth_step(double x) {
 void suggest_samples(const FiberField& field, const ProximitySearch& search, const Near& n,
                      std::vector<Candidate>& candidates) {
   const Sample &a = *n.a, &b = *n.b;
-  const double spacing = pair_spacing(field, search, a.fiber, b.fiber);
+  const auto [spacing, n_in_period] = pair_sampling(field, search, a.fiber, b.fiber);
   // A fiber that meets itself may come nearest where it is its own course, which is no contact: there samples do alone.
   // Between others, a valley so steep that it leaves half a spacing from its lowest point no chance to touch has none.
   constexpr double deepest = 0.2;  // of the radii: penetration
-  if (a.fiber != b.fiber &&
+  if ((a.fiber != b.fiber || b.image != Image{}) &&
       rise_over_half_spacing(valley_bounds(field, n).low, spacing) >
           reach(field, search, a.fiber, b.fiber) - (1 - deepest) * sum_of_radii(field, a.fiber, b.fiber))
     return;
@@ -186,8 +274,17 @@ void suggest_samples(const FiberField& field, const ProximitySearch& search, con
   const double tau = 0.5 * (a.s + sense * b.s), u = 0.5 * (a.s - sense * b.s);
   const double extent = 0.2501 * (fiber_spacing(field, search, a.fiber) + fiber_spacing(field, search, b.fiber));
   const auto last = static_cast<std::int64_t>(std::floor((tau + extent) / spacing - 0.5));
+  const std::size_t first = candidates.size();
   for (auto k = static_cast<std::int64_t>(std::ceil((tau - extent) / spacing - 0.5)); k <= last; ++k)
-    candidates.push_back({a.fiber, b.fiber, sense, k, u, n.distance});
+    candidates.push_back({{a.fiber, a.s, a.image}, {b.fiber, b.s, b.image}, sense, k, u, n.distance});
+  if (n_in_period == 0 || sense < 0) return;
+  for (std::size_t i = first; i < candidates.size(); ++i) {
+    const std::int64_t number = candidates[i].k, rest = number % n_in_period;
+    candidates[i].k = rest + (rest < 0 ? n_in_period : 0);
+    const Vec2 back =
+        whole_periods(field, a.fiber, b.fiber, static_cast<double>((number - candidates[i].k) / n_in_period));
+    candidates[i].u -= 0.5 * (back[0] - back[1]);
+  }
 }
 
 /// The part of the cell ½ spacing to either side of τ within which both feet are on their fibers, as seen from `chord`
@@ -202,7 +299,8 @@ Covered covered_part(const FiberField& field, const Chord& chord, double sense, 
   const double du = cc > 0 ? std::clamp(-along.dot(h * across) / cc, -0.9, 0.9) : 0;  // du/dτ
   Covered part{tau - 0.5 * spacing, tau + 0.5 * spacing};
   const auto cut = [&](const Foot& foot, double rate) {  // rate: ds/dτ
-    const double to_start = tau - foot.s / rate, to_end = tau + (field.mesh().length(foot.fiber) - foot.s) / rate;
+    const FiberField::Ends ends = field.ends(foot.fiber);
+    const double to_start = tau - (foot.s - ends.start) / rate, to_end = tau + (ends.end - foot.s) / rate;
     part.low = std::max(part.low, std::min(to_start, to_end));
     part.high = std::min(part.high, std::max(to_start, to_end));
   };
@@ -211,14 +309,19 @@ Covered covered_part(const FiberField& field, const Chord& chord, double sense, 
   return part;
 }
 
+/// Whether two places are near each other because they are of one fiber. Another image of it is like another fiber.
+bool is_own_course(const FiberField& field, const ProximitySearch& search, const Foot& a, const Foot& b) {
+  return a.fiber == b.fiber && a.image == b.image && b.s - a.s < least_arc_between(field, search, a.fiber);
+}
+
 /// A sample of the intermediate geometry; nothing where its fibers are apart.
 std::optional<Proximity> make_sample(const FiberField& field, const State& state, const ProximitySearch& search,
                                      const Candidate& c) {
-  const double spacing = pair_spacing(field, search, c.fiber_a, c.fiber_b);
-  const double contact = reach(field, search, c.fiber_a, c.fiber_b);
-  const double within = 2 * (fiber_spacing(field, search, c.fiber_a) + fiber_spacing(field, search, c.fiber_b));
+  const double spacing = pair_sampling(field, search, c.a.fiber, c.b.fiber).spacing;
+  const double contact = reach(field, search, c.a.fiber, c.b.fiber);
+  const double within = 2 * (fiber_spacing(field, search, c.a.fiber) + fiber_spacing(field, search, c.b.fiber));
   double tau = (static_cast<double>(c.k) + 0.5) * spacing;
-  auto chord = chord_at_mean_arc_length(field, state, c.fiber_a, c.fiber_b, c.sense, tau, c.u, within);
+  auto chord = chord_at_mean_arc_length(field, state, c.a, c.b, c.sense, tau, c.u, within);
   if (!chord || chord->c.norm() > 2 * contact + spacing) return std::nullopt;
   // A sample near an end stands for what its fibers cover of its cell, from the middle of that.
   const Covered part = covered_part(field, *chord, c.sense, tau, spacing);
@@ -226,41 +329,56 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   if (part.high - part.low < (1 - 1e-9) * spacing) {
     const double u = 0.5 * (chord->a.s - c.sense * chord->b.s);
     tau = 0.5 * (part.low + part.high);
-    chord = chord_at_mean_arc_length(field, state, c.fiber_a, c.fiber_b, c.sense, tau, u, within);
+    chord = chord_at_mean_arc_length(field, state, c.a, c.b, c.sense, tau, u, within);
     if (!chord) return std::nullopt;
   }
   if (chord->c.norm() > contact) return std::nullopt;
-  if (c.fiber_a == c.fiber_b && chord->b.s - chord->a.s < least_arc_between(field, search, c.fiber_a))
-    return std::nullopt;
+  if (is_own_course(field, search, chord->a, chord->b)) return std::nullopt;
   return Proximity{*chord, part.high - part.low, 1, false, {0, static_cast<double>(c.sense), tau}};
 }
 
 /// Which share of its surroundings a foot's fiber covers: half at an end.
 double covered_share(const FiberField& field, const Foot& foot) {
   const double reach = 2 * field.mesh().radius[foot.fiber];
-  return std::min({1.0, 0.5 + foot.s / reach, 0.5 + (field.mesh().length(foot.fiber) - foot.s) / reach});
+  const FiberField::Ends ends = field.ends(foot.fiber);
+  return std::min({1.0, 0.5 + (foot.s - ends.start) / reach, 0.5 + (ends.end - foot.s) / reach});
 }
 
 /// Which share of a contact with another fiber's tip a foot has: none where it is an end itself.
 double share_beside_end(const FiberField& field, const Foot& foot) {
-  const double to_end = std::min(foot.s, field.mesh().length(foot.fiber) - foot.s);
+  const FiberField::Ends ends = field.ends(foot.fiber);
+  const double to_end = std::min(foot.s - ends.start, ends.end - foot.s);
   return smooth_step(to_end / (0.5 * field.mesh().radius[foot.fiber]));
 }
 
 constexpr double least_share = 1e-6;
 
+/// The same chord with its foot a within the first period.
+void bring_into_period(const FiberField& field, const State& state, Chord& chord) {
+  const double whole = std::floor(chord.a.s / field.mesh().length(chord.a.fiber));
+  if (whole == 0) return;
+  const Vec2 back = whole_periods(field, chord.a.fiber, chord.b.fiber, whole);
+  chord.a.s -= back[0];
+  chord.b.s -= back[1];
+  const Chord there = chord_between(field, state, chord.a, chord.b);
+  chord.at_a = there.at_a;
+  chord.at_b = there.at_b;
+  chord.c = there.c;
+}
+
 /// A point contact; nothing where its fibers are apart, or stay at this distance along a line.
 std::optional<Proximity> make_point(const FiberField& field, const State& state, const ProximitySearch& search,
                                     const Foot& a, const Foot& b) {
-  const double spacing = pair_spacing(field, search, a.fiber, b.fiber);
+  const double spacing = pair_sampling(field, search, a.fiber, b.fiber).spacing;
   const double within = 2 * (fiber_spacing(field, search, a.fiber) + fiber_spacing(field, search, b.fiber));
-  const auto chord = shortest_chord(field, state, a, b, within);
+  auto chord = shortest_chord(field, state, a, b, within);
   if (!chord || chord->c.norm() > reach(field, search, a.fiber, b.fiber)) return std::nullopt;
-  if (a.fiber == b.fiber && chord->b.s - chord->a.s < least_arc_between(field, search, a.fiber)) return std::nullopt;
+  if (is_own_course(field, search, chord->a, chord->b)) return std::nullopt;
+  if (field.come_back_together(a.fiber, b.fiber)) bring_into_period(field, state, *chord);
   const double sum = sum_of_radii(field, a.fiber, b.fiber), d = std::max(chord->c.norm(), 0.5 * sum);
   const int sense = sense_of(chord->at_a.tangent.dot(chord->at_b.tangent) /
                              (chord->at_a.tangent.norm() * chord->at_b.tangent.norm()));
-  const auto at_end = [&](const Foot& f) { return f.s <= 0 || f.s >= field.mesh().length(f.fiber); };
+  const auto at_end = [&](const Foot& f) { return f.s <= field.ends(f.fiber).start || f.s >= field.ends(f.fiber).end; };
   // From an end the distance rises at once.
   double rise = rise_over_half_spacing(valley_curvature(*chord, sense, 0.5 * sum), spacing);
   if (at_end(chord->a)) rise += std::abs(chord->slope()[0]) / d * 0.5 * spacing;
@@ -302,7 +420,9 @@ std::vector<std::pair<const Near*, const Near*>> by_fibers(const std::vector<Nea
   std::vector<std::pair<const Near*, const Near*>> ranges;
   for (const Near *n = near.data(), *end = n + near.size(); n != end;) {
     const Near* first = n;
-    while (n != end && n->a->fiber == first->a->fiber && n->b->fiber == first->b->fiber) ++n;
+    while (n != end && n->a->fiber == first->a->fiber && n->b->fiber == first->b->fiber &&
+           n->b->image == first->b->image)
+      ++n;
     ranges.emplace_back(first, n);
   }
   return ranges;
@@ -337,7 +457,7 @@ class PairSearch {
     std::vector<double> solved;
     const Candidate* last = nullptr;
     for (const Candidate& c : candidates) {
-      const double apart = fiber_spacing(field_, search_, c.fiber_a) + fiber_spacing(field_, search_, c.fiber_b);
+      const double apart = fiber_spacing(field_, search_, c.a.fiber) + fiber_spacing(field_, search_, c.b.fiber);
       if (!last || last->sense != c.sense || last->k != c.k) solved.clear();
       last = &c;
       if (std::any_of(solved.begin(), solved.end(), [&](double u) { return std::abs(u - c.u) < apart; })) continue;
@@ -347,7 +467,7 @@ class PairSearch {
   }
 
   void add_points() {
-    const double spacing = pair_spacing(field_, search_, begin_->a->fiber, begin_->b->fiber);
+    const double spacing = pair_sampling(field_, search_, begin_->a->fiber, begin_->b->fiber).spacing;
     const double radius = smaller_radius(field_, begin_->a->fiber, begin_->b->fiber);
     for (const Near* n = begin_; n != end_; ++n) {
       const bool at_end = is_last(*n->a) || is_last(*n->b);
@@ -372,7 +492,8 @@ class PairSearch {
       const double bulge = 0.125 * (a.curvature * h_a * h_a + b.curvature * h_b * h_b);
       if ((c + y * b.tangent - x * a.tangent).norm() > sum_of_radii(field_, a.fiber, b.fiber) + bulge) continue;
       const auto beside = [&](const Proximity& p) {
-        return std::abs(p.s_a() - a.s) < 1.5 * h_a && std::abs(p.s_b() - b.s) < 1.5 * h_b;
+        const Vec2 ds = apart(p, a.s, b.s);
+        return std::abs(ds[0]) < 1.5 * h_a && std::abs(ds[1]) < 1.5 * h_b;
       };
       if (std::none_of(found_.begin(), found_.end(), beside)) add_point(*n);
     }
@@ -381,15 +502,16 @@ class PairSearch {
   /// Samples leave to a point what it stands for of their surroundings: all within half a spacing, nothing from a
   /// spacing on. There the valley has risen by four times what makes a point of it.
   void share_with_points() {
-    if (begin_->a->fiber == begin_->b->fiber) return;
-    const double spacing = pair_spacing(field_, search_, begin_->a->fiber, begin_->b->fiber);
+    if (begin_->a->fiber == begin_->b->fiber && begin_->b->image == Image{}) return;
+    const double spacing = pair_sampling(field_, search_, begin_->a->fiber, begin_->b->fiber).spacing;
     for (Proximity& sample : found_) {
       if (sample.point) continue;
       for (const Proximity& p : found_) {
         if (!p.point) continue;
-        const double da = p.s_a() - sample.s_a(), db = sample.hold.sense * (p.s_b() - sample.s_b());
-        const double apart = std::max(0.5 * std::abs(da + db), 0.25 * std::abs(da - db)) / spacing;
-        sample.share = std::min(sample.share, 1 - p.share * (1 - smooth_step(2 * apart - 1)));
+        const Vec2 ds = apart(p, sample.s_a(), sample.s_b());
+        const double da = ds[0], db = sample.hold.sense * ds[1];
+        const double spacings = std::max(0.5 * std::abs(da + db), 0.25 * std::abs(da - db)) / spacing;
+        sample.share = std::min(sample.share, 1 - p.share * (1 - smooth_step(2 * spacings - 1)));
       }
       sample.length *= sample.share;
     }
@@ -398,11 +520,12 @@ class PairSearch {
 
   void add_point(const Near& n) {
     const Sample &a = *n.a, &b = *n.b;
-    const auto p = make_point(field_, state_, search_, {a.fiber, a.s}, {b.fiber, b.s});
+    const auto p = make_point(field_, state_, search_, {a.fiber, a.s, a.image}, {b.fiber, b.s, b.image});
     if (p && !is_known(*p)) found_.push_back(*p);
   }
 
   [[nodiscard]] bool is_last(const Sample& s) const {
+    if (field_.mesh().period(s.fiber) >= 0) return false;
     return s.number == 0 || s.s + fiber_spacing(field_, search_, s.fiber) > field_.mesh().length(s.fiber);
   }
 
@@ -410,8 +533,14 @@ class PairSearch {
   [[nodiscard]] bool is_known(const Proximity& p) const {
     const double same = 1e-3 * smaller_radius(field_, p.fiber_a(), p.fiber_b());
     return std::any_of(found_.begin(), found_.end(), [&](const Proximity& q) {
-      return q.point == p.point && std::abs(p.s_a() - q.s_a()) < same && std::abs(p.s_b() - q.s_b()) < same;
+      const Vec2 ds = apart(p, q.s_a(), q.s_b());
+      return q.point == p.point && std::abs(ds[0]) < same && std::abs(ds[1]) < same;
     });
+  }
+
+  /// How far a place of the pair is from given arc lengths.
+  [[nodiscard]] Vec2 apart(const Proximity& p, double s_a, double s_b) const {
+    return without_periods(field_, p.fiber_a(), p.fiber_b(), {p.s_a() - s_a, p.s_b() - s_b});
   }
 
   const FiberField& field_;
@@ -422,6 +551,29 @@ class PairSearch {
 };
 
 }  // namespace
+
+PlacesInCell in_first_periods(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair) {
+  const auto wrap = [&](Index fiber, double& s, int sign) {
+    const int period = mesh.period(fiber);
+    if (period < 0) return;
+    const double whole = std::floor(s / mesh.length(fiber));
+    s -= whole * mesh.length(fiber);
+    pair.image[period] += sign * static_cast<int>(whole);
+  };
+  wrap(fiber_a, pair.s_a, -1);
+  wrap(fiber_b, pair.s_b, 1);
+  return pair;
+}
+
+PlacesInCell counted_on(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair) {
+  const auto unwrap = [&](Index fiber, double& s, int sign) {
+    if (const int period = mesh.period(fiber); period >= 0)
+      s += sign * std::exchange(pair.image[period], 0) * mesh.length(fiber);
+  };
+  unwrap(fiber_b, pair.s_b, 1);
+  unwrap(fiber_a, pair.s_a, -1);
+  return pair;
+}
 
 double share_of_samples(double rise, double radius) {
   return 1 - smooth_step((rise / radius - rise_of_samples) / (rise_of_points - rise_of_samples));
@@ -447,10 +599,10 @@ std::vector<Proximity> find_proximities(const FiberField& field, const State& st
 void follow(const FiberField& field, const State& state, Proximity& pair) {
   const Foot &a = pair.chord.a, &b = pair.chord.b;
   const double within = std::max(field.element_length(a.fiber), field.element_length(b.fiber));
-  const auto chord =
-      pair.point ? shortest_chord(field, state, a, b, within, pair.hold, pair.lean)
-                 : chord_at_mean_arc_length(field, state, a.fiber, b.fiber, pair.hold.sense, pair.hold.mean_arc_length,
-                                            0.5 * (a.s - pair.hold.sense * b.s), within, pair.lean);
+  const auto chord = pair.point
+                         ? shortest_chord(field, state, a, b, within, pair.hold, pair.lean)
+                         : chord_at_mean_arc_length(field, state, a, b, pair.hold.sense, pair.hold.mean_arc_length,
+                                                    0.5 * (a.s - pair.hold.sense * b.s), within, pair.lean);
   pair.chord = chord ? *chord : chord_between(field, state, a, b);
 }
 

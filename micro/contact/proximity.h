@@ -17,6 +17,10 @@
 namespace trame::micro {
 
 /// A pair of points on the centre lines, a < b (or s_a < s_b on one fiber).
+///
+/// In a periodic cell b may be an image. Of all pairs that are the same but for whole periods there is one: the image
+/// of a is the fiber itself; so is that of b along a period by which either fiber comes back, whose arc length then
+/// counts on; and where both come back by the same one, samples have 0 ≤ τ and points 0 ≤ s_a less than one period.
 struct Proximity {
   Chord chord;
   double length = 0;         ///< length of contact that it stands for
@@ -34,13 +38,33 @@ struct Proximity {
   [[nodiscard]] Index fiber_b() const { return chord.b.fiber; }
   [[nodiscard]] double s_a() const { return chord.a.s; }
   [[nodiscard]] double s_b() const { return chord.b.s; }
+  [[nodiscard]] const Image& image() const { return chord.b.image; }
 };
+
+/// How far the arc lengths (s_a, s_b) of a pair of fibers change with a whole number of periods by which both come
+/// back.
+[[nodiscard]] inline Vec2 whole_periods(const FiberField& field, Index fiber_a, Index fiber_b, double n) {
+  return n * Vec2(field.mesh().length(fiber_a), field.mesh().length(fiber_b));
+}
+/// A difference of such arc lengths, less the whole periods in it.
+[[nodiscard]] inline Vec2 without_periods(const FiberField& field, Index fiber_a, Index fiber_b, const Vec2& ds) {
+  if (!field.come_back_together(fiber_a, fiber_b)) return ds;
+  return ds - whole_periods(field, fiber_a, fiber_b, std::round(ds[0] / field.mesh().length(fiber_a)));
+}
+
+/// A pair for people: both arc lengths within their fibers, all periods in the image of b. And back.
+struct PlacesInCell {
+  double s_a, s_b;
+  Image image;
+};
+[[nodiscard]] PlacesInCell in_first_periods(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair);
+[[nodiscard]] PlacesInCell counted_on(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair);
 
 struct ProximitySearch {
   double spacing = 0.5;        ///< of samples, in element lengths
   double search_margin = 0.5;  ///< pairs up to this surface distance are returned, in radii (the mean of both)
   bool self_contact = false;
-  std::function<bool(Index, Index)> wanted;  ///< pairs of fibers to look at; empty: all
+  std::function<bool(Index, Index)> wanted;  ///< pairs of fibers to look at, but for images; empty: all
 };
 
 /// All proximities, sorted by fibers and arc length. Result and order depend on the state alone.

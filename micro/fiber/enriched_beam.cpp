@@ -124,11 +124,12 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
   for (Index f = 0; f < mesh.n_fibers(); ++f) {
     first_element_.push_back(static_cast<Index>(reference_.size() / (2 * n_measures_)));
     if (field.model(f) != FiberModel::enriched) continue;
+    ElementNodes::Buffer buffer;
     for (Index e = 0; e < mesh.n_elements(f); ++e)
-      reference_swelling_.push_back(swelling(state.q.data() + field.layout().first_vector(field.element_node(f, e))));
+      reference_swelling_.push_back(swelling(field.element(f, e).gather(field.layout(), state.q.data(), buffer)));
     for (Index e = 0; e < mesh.n_elements(f); ++e)
       for (const double t : gauss_points) {
-        const Vec3* q = state.q.data() + field.layout().first_vector(field.element_node(f, e));
+        const Vec3* q = field.element(f, e).gather(field.layout(), state.q.data(), buffer);
         const Measures e =
             measures(interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, field.element_length(f))),
                      sections_[section_of_fiber_[f]]);
@@ -163,10 +164,7 @@ EnrichedBeams::Measures EnrichedBeams::measures(const Z& z, const Section& secti
 void EnrichedBeams::add_sparsity(Pattern::Builder& builder) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::enriched) continue;
-    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
-      const Index n = field_.element_node(f, e);
-      builder.add_clique(std::array{n, n + 1, n + 2});
-    }
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) field_.element(f, e).add_clique(builder);
   }
 }
 
@@ -176,8 +174,9 @@ double EnrichedBeams::energy(const State& state) const {
     if (field_.model(f) != FiberModel::enriched) continue;
     const double h = field_.element_length(f);
     const Section& section = sections_[section_of_fiber_[f]];
+    ElementNodes::Buffer buffer;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
-      const Vec3* q = state.q.data() + field_.layout().first_vector(field_.element_node(f, e));
+      const Vec3* q = field_.element(f, e).gather(field_.layout(), state.q.data(), buffer);
       const Vec3 swollen = swelling(q) - reference_swelling_[first_element_[f] + e];
       sum += 0.5 * (h / 2) * unseen * swollen.dot(section.stiffness.block<3, 3>(1, 1) * swollen);
       for (int g = 0; g < 2; ++g) {
@@ -199,7 +198,8 @@ std::string EnrichedBeams::inadmissibility(const State& /*start*/, const State& 
     const MeasureMatrix& stretch = sections_[section_of_fiber_[f]].measure[0];
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e)
       for (int g = 0; g < 2; ++g) {
-        const Vec3* q = state.q.data() + field_.layout().first_vector(field_.element_node(f, e));
+        ElementNodes::Buffer buffer;
+        const Vec3* q = field_.element(f, e).gather(field_.layout(), state.q.data(), buffer);
         const double t = gauss_points[g];
         const Z z = interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, h));
         const double strain = 0.5 * stretch.cwiseProduct(z.transpose() * z).sum() - reference(f, e, g)[0];
@@ -214,27 +214,29 @@ std::string EnrichedBeams::inadmissibility(const State& /*start*/, const State& 
 void EnrichedBeams::add(const State& state, Assembler& assembler) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::enriched) continue;
-    if (!assembler.touches(field_.element_node(f, 0), field_.last_node(f))) continue;
+    if (!field_.touches(f, assembler)) continue;
     const double h = field_.element_length(f);
+    ElementNodes::Buffer buffer, step_buffer;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
-      const Index first = field_.element_node(f, e);
-      if (!assembler.touches(first, first + 2)) continue;
-      const Index v = field_.layout().first_vector(first);
+      const ElementNodes nodes = field_.element(f, e);
+      if (!nodes.touches(assembler)) continue;
       const Section& section = sections_[section_of_fiber_[f]];
-      const Vec3 *q = state.q.data() + v, *last_step = assembler.last_step() ? assembler.last_step() + v : nullptr;
+      const Vec3* q = nodes.gather(field_.layout(), state.q.data(), buffer);
+      const Vec3* last_step =
+          assembler.last_step() ? nodes.gather(field_.layout(), assembler.last_step(), step_buffer) : nullptr;
       for (int g = 0; g < 2; ++g) {
         const auto n = quadratic_shape(gauss_points[g]);
         const auto dn = shape_derivative_by_arc(gauss_points[g], h);
         const Z step = last_step ? interpolate<Z>(last_step, n, dn) : Z(Z::Zero());
-        add_gauss_point(interpolate<Z>(q, n, dn), step, section, reference(f, e, g), first, n, dn, h / 2, assembler);
+        add_gauss_point(interpolate<Z>(q, n, dn), step, section, reference(f, e, g), nodes, n, dn, h / 2, assembler);
       }
-      add_swelling(q, last_step, section, reference_swelling_[first_element_[f] + e], first, h / 2 * unseen, assembler);
+      add_swelling(q, last_step, section, reference_swelling_[first_element_[f] + e], nodes, h / 2 * unseen, assembler);
     }
   }
 }
 
 void EnrichedBeams::add_swelling(const Vec3* q, const Vec3* last_step, const Section& section, const Vec3& reference,
-                                 Index first_node, double weight, Assembler& assembler) const {
+                                 const ElementNodes& nodes, double weight, Assembler& assembler) const {
   const Mat3 d = weight * section.stiffness.block<3, 3>(1, 1);
   const Vec3 actual = d * (swelling(q) - reference);
   const Vec3 expected = last_step ? Vec3(actual - d * swelling(last_step)) : actual;
@@ -246,19 +248,19 @@ void EnrichedBeams::add_swelling(const Vec3* q, const Vec3* last_step, const Sec
     const Vec3 g1 = second_difference[a] * q[3 * a + 1], g2 = second_difference[a] * q[3 * a + 2];
     b.middleCols<3>(6 * a) << g1.transpose(), Eigen::RowVector3d::Zero(), g2.transpose();
     b.middleCols<3>(6 * a + 3) << Eigen::RowVector3d::Zero(), g2.transpose(), g1.transpose();
-    assembler.add_force(first_node + a, 1, b.middleCols<3>(6 * a).transpose() * stress);
-    assembler.add_force(first_node + a, 2, b.middleCols<3>(6 * a + 3).transpose() * stress);
+    nodes.add_force(a, 1, b.middleCols<3>(6 * a).transpose() * stress, assembler);
+    nodes.add_force(a, 2, b.middleCols<3>(6 * a + 3).transpose() * stress, assembler);
   }
   if (!assembler.wants_tangent()) return;
   const bool exact = assembler.tangent() == Assembler::Tangent::exact;
   for (int a = 0; a < 3; ++a)
-    for (int c = 0; c <= a; ++c) {
-      if (!assembler.owns(first_node + c)) continue;
+    for (int c = 0; c < 3; ++c) {
+      if (!nodes.is_wanted(a, c, assembler)) continue;
       Eigen::Matrix<double, 6, 6> k = b.middleCols<6>(6 * a).transpose() * d * b.middleCols<6>(6 * c);
       if (exact && a == c)
         for (int v = 0; v < 2; ++v)
           for (int w = 0; w < 2; ++w) k.block<3, 3>(3 * v, 3 * w).diagonal().array() += second_difference[a] * s(v, w);
-      const auto block = assembler.block(first_node + a, first_node + c);
+      const auto block = assembler.block(nodes.node[a], nodes.node[c]);
       for (int col = 0; col < 6; ++col)
         for (int row = 0; row < 6; ++row)
           block.data[static_cast<std::size_t>(col + 3) * block.stride + row + 3] += k(row, col);
@@ -266,8 +268,8 @@ void EnrichedBeams::add_swelling(const Vec3* q, const Vec3* last_step, const Sec
 }
 
 void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Section& section, const Measures& reference,
-                                    Index first_node, const std::array<double, 3>& n, const std::array<double, 3>& dn,
-                                    double weight, Assembler& assembler) const {
+                                    const ElementNodes& nodes, const std::array<double, 3>& n,
+                                    const std::array<double, 3>& dn, double weight, Assembler& assembler) const {
   const Measures strain = measures(z, section) - reference;
   // S of the gradient z S, and of the geometric part S ⊗ I₃ of the tangent.
   const auto stress = [&](const Measures& strain) {
@@ -286,7 +288,7 @@ void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Sectio
     for (int v = 0; v < 3; ++v) {
       Vec3 f = dn[a] * force.col(by_derivative[v]);
       if (v > 0) f += n[a] * force.col(by_value[v]);
-      assembler.add_force(first_node + a, v, f);
+      nodes.add_force(a, v, f, assembler);
     }
   if (!assembler.wants_tangent()) return;
 
@@ -319,17 +321,9 @@ void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Sectio
   Eigen::Matrix<double, 27, 27> k;
   k.noalias() = bq.topRows(rows).transpose() * dbq.topRows(rows);
   const Eigen::Matrix<double, 9, 9> geometric = weight * map.transpose() * s * map;
-  for (int a = 0; a < 3; ++a)
-    for (int c = 0; c <= a; ++c) {
-      if (!assembler.owns(first_node + c)) continue;
-      const auto block = assembler.block(first_node + a, first_node + c);
-      for (int col = 0; col < 9; ++col)
-        for (int row = 0; row < 9; ++row) {
-          double value = k(9 * a + row, 9 * c + col);
-          if (row % 3 == col % 3) value += geometric(3 * a + row / 3, 3 * c + col / 3);
-          block.data[static_cast<std::size_t>(col) * block.stride + row] += value;
-        }
-    }
+  for (int v = 0; v < 9; ++v)
+    for (int w = 0; w < 9; ++w) k.block<3, 3>(3 * v, 3 * w).diagonal().array() += geometric(v, w);
+  nodes.add_tangent(k, assembler);
 }
 
 }  // namespace trame::micro

@@ -46,10 +46,10 @@ class EnrichedBeams final : public Effect {
   [[nodiscard]] static Vec3 swelling(const Vec3* q);
   /// Strains are quadratic in z: what a step z changed them by beyond first order is `measures(z)`, or `swelling`.
   void add_swelling(const Vec3* q, const Vec3* last_step, const Section& section, const Vec3& reference,
-                    Index first_node, double weight, Assembler& assembler) const;
+                    const ElementNodes& nodes, double weight, Assembler& assembler) const;
   void add_gauss_point(const Z& z, const Z& last_step, const Section& section, const Measures& reference,
-                       Index first_node, const std::array<double, 3>& n, const std::array<double, 3>& dn, double weight,
-                       Assembler& assembler) const;
+                       const ElementNodes& nodes, const std::array<double, 3>& n, const std::array<double, 3>& dn,
+                       double weight, Assembler& assembler) const;
 
   const FiberField& field_;
   int n_measures_;

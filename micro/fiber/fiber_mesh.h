@@ -29,11 +29,15 @@ struct FiberMesh {
   std::vector<Index> yarn_of_fiber;     ///< n_fibers
   std::vector<double> arc_length;       ///< n_nodes, s of the node from its fiber's start, reference state, length
   std::vector<Yarn> yarns;
+  /// Which period vector (0, 1) a fiber comes back by to where it starts: its last node is its first one, displaced by
+  /// that, with the same sections. Negative: it has two ends. Empty: all have.
+  std::vector<int> period_of_fiber;
 
   [[nodiscard]] Index n_fibers() const { return static_cast<Index>(radius.size()); }
   [[nodiscard]] Index n_nodes() const { return first_node.back(); }
   [[nodiscard]] Index n_nodes(Index fiber) const { return first_node[fiber + 1] - first_node[fiber]; }
   [[nodiscard]] Index n_elements(Index fiber) const { return (n_nodes(fiber) - 1) / 2; }
+  [[nodiscard]] int period(Index fiber) const { return period_of_fiber.empty() ? -1 : period_of_fiber[fiber]; }
   [[nodiscard]] double length(Index fiber) const { return arc_length[first_node[fiber + 1] - 1]; }
 };
 

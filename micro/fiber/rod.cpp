@@ -33,8 +33,7 @@ Rods::Rods(const FiberField& field, const std::vector<Material>& materials) : fi
 void Rods::add_sparsity(Pattern::Builder& builder) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::rod) continue;
-    for (Index e = 0; e < field_.mesh().n_elements(f); ++e)
-      builder.add_clique(std::array{field_.element_node(f, e), field_.element_node(f, e) + 1});
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) field_.element(f, e).add_clique(builder);
   }
 }
 
@@ -43,8 +42,9 @@ double Rods::energy(const State& state) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::rod) continue;
     const double h = field_.element_length(f);
+    ElementNodes::Buffer buffer;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
-      const Vec3* q = state.q.data() + field_.layout().first_vector(field_.element_node(f, e));
+      const Vec3* q = field_.element(f, e).gather(field_.layout(), state.q.data(), buffer);
       for (const auto& p : lobatto) {
         const double strain = 0.5 * (combine(hermite_shape_derivative(p.t, h), q).squaredNorm() - 1);
         sum += 0.5 * h * p.weight * axial_stiffness_[f] * strain * strain;
@@ -61,14 +61,17 @@ std::string Rods::inadmissibility(const State& start, const State& state) const 
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::rod) continue;
     const double h = field_.element_length(f);
+    ElementNodes::Buffer buffer, start_buffer;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
-      const Index first = field_.layout().first_vector(field_.element_node(f, e));
+      const ElementNodes nodes = field_.element(f, e);
+      const Vec3* q = nodes.gather(field_.layout(), state.q.data(), buffer);
+      const Vec3* q_start = nodes.gather(field_.layout(), start.q.data(), start_buffer);
       for (const auto& p : lobatto) {
         const auto c = hermite_shape_derivative(p.t, h);
-        const Vec3 tangent = combine(c, state.q.data() + first);
+        const Vec3 tangent = combine(c, q);
         const double strain = 0.5 * (tangent.squaredNorm() - 1);
         // A rod has no section to tell inside from outside: a tangent that turns over in one step stands for it.
-        const bool turned_over = tangent.dot(combine(c, start.q.data() + first)) <= 0;
+        const bool turned_over = tangent.dot(combine(c, q_start)) <= 0;
         if (turned_over || strain <= softening_strain)
           return collapse_text(field_, f, h * (e + 0.5 * (1 + p.t)), strain, turned_over);
       }
@@ -80,17 +83,19 @@ std::string Rods::inadmissibility(const State& start, const State& state) const 
 void Rods::add(const State& state, Assembler& assembler) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::rod) continue;
-    if (!assembler.touches(field_.element_node(f, 0), field_.last_node(f))) continue;
+    if (!field_.touches(f, assembler)) continue;
+    ElementNodes::Buffer buffer, step_buffer;
     for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
-      const Index first = field_.element_node(f, e), v = field_.layout().first_vector(first);
-      if (!assembler.touches(first, first + 1)) continue;
-      const Vec3* last_step = assembler.last_step() ? assembler.last_step() + v : nullptr;
-      add_element(state.q.data() + v, last_step, f, first, assembler);
+      const ElementNodes nodes = field_.element(f, e);
+      if (!nodes.touches(assembler)) continue;
+      const Vec3* last_step =
+          assembler.last_step() ? nodes.gather(field_.layout(), assembler.last_step(), step_buffer) : nullptr;
+      add_element(nodes.gather(field_.layout(), state.q.data(), buffer), last_step, f, nodes, assembler);
     }
   }
 }
 
-void Rods::add_element(const Vec3* q, const Vec3* last_step, Index fiber, Index first_node,
+void Rods::add_element(const Vec3* q, const Vec3* last_step, Index fiber, const ElementNodes& nodes,
                        Assembler& assembler) const {
   const double h = field_.element_length(fiber);
   std::array<Vec3, 4> force;
@@ -119,16 +124,10 @@ void Rods::add_element(const Vec3* q, const Vec3* last_step, Index fiber, Index 
     for (int i = 0; i < 4; ++i) force[i] += w * c[i] * d;
     if (assembler.wants_tangent()) add_tangent(c, w, 0, d);
   }
-  for (int i = 0; i < 4; ++i) assembler.add_force(first_node + i / 2, i % 2, force[i]);
+  for (int i = 0; i < 4; ++i) nodes.add_force(i / 2, i % 2, force[i], assembler);
   if (!assembler.wants_tangent()) return;
   k.triangularView<Eigen::StrictlyUpper>() = k.transpose();
-  for (int a = 0; a < 2; ++a)
-    for (int c = 0; c <= a; ++c) {
-      if (!assembler.owns(first_node + c)) continue;
-      const auto block = assembler.block(first_node + a, first_node + c);
-      for (int col = 0; col < 6; ++col)
-        for (int row = 0; row < 6; ++row) block.data[col * block.stride + row] += k(6 * a + row, 6 * c + col);
-    }
+  nodes.add_tangent(k, assembler);
 }
 
 }  // namespace trame::micro

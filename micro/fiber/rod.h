@@ -25,7 +25,8 @@ class Rods final : public Effect {
   [[nodiscard]] std::string inadmissibility(const State& start, const State& state) const override;
 
  private:
-  void add_element(const Vec3* q, const Vec3* last_step, Index fiber, Index first_node, Assembler& assembler) const;
+  void add_element(const Vec3* q, const Vec3* last_step, Index fiber, const ElementNodes& nodes,
+                   Assembler& assembler) const;
 
   const FiberField& field_;
   std::vector<double> axial_stiffness_, bending_stiffness_;  // per fiber, EA and EI

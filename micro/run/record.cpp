@@ -26,8 +26,9 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     const double gap = e.gap();
     record.fiber_a.push_back(e.fiber_a);
     record.fiber_b.push_back(e.fiber_b);
-    record.s_a.push_back(e.s_a * scales.length);
-    record.s_b.push_back(e.s_b * scales.length);
+    const PlacesInCell at = in_first_periods(model.field.mesh(), e.fiber_a, e.fiber_b, {e.s_a, e.s_b, e.pair.image()});
+    record.s_a.push_back(at.s_a * scales.length);
+    record.s_b.push_back(at.s_b * scales.length);
     record.position.push_back(0.5 * (a + b) * scales.length);
     const Vec3 direction = e.measured.force_direction;
     record.normal.push_back(direction.normalized());
@@ -42,6 +43,8 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.preload.push_back(e.next_preload * scales.length);
     record.point.push_back(e.crossing ? 1 : 0);
     record.stuck.push_back(e.stuck ? 1 : 0);
+    record.image_warp.push_back(at.image[0]);
+    record.image_weft.push_back(at.image[1]);
   }
   return record;
 }
@@ -93,7 +96,7 @@ SolverRecord record_solver(const StageModel& model, const State& state, const In
 }
 
 double moment_imbalance(const StageModel& model, const State& state) {
-  if (!model.ties) return 0;
+  if (!model.ties || model.field.is_periodic()) return 0;
   Vec3 sum = Vec3::Zero();
   double magnitude = 0;
   for (Index b = 0; b < model.bodies.n_bodies(); ++b) {

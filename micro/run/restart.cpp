@@ -149,8 +149,12 @@ std::vector<ContactHistory> contact_history(const ContactRecord& record, const S
     ContactHistory& h = history[i];
     h.fiber_a = record.fiber_a[i];
     h.fiber_b = record.fiber_b[i];
-    h.s_a = record.s_a[i] / scales.length;
-    h.s_b = record.s_b[i] / scales.length;
+    PlacesInCell at{record.s_a[i] / scales.length, record.s_b[i] / scales.length, {}};
+    if (!record.image_warp.empty()) at.image = {record.image_warp[i], record.image_weft[i]};
+    at = counted_on(assembly.mesh, h.fiber_a, h.fiber_b, at);
+    h.s_a = at.s_a;
+    h.s_b = at.s_b;
+    h.image = at.image;
     h.normal = record.normal[i].normalized();
     h.traction = static_cast<Index>(i);
     const double starting_penalty =

@@ -8,10 +8,14 @@ namespace trame::micro {
 SideGauge::SideGauge(const Assembly& assembly) : present_(!assembly.crossings.empty()) {
   const auto& names = assembly.body_names;
   for (const std::string family : {"warp", "weft"}) {
+    if (const Index period = assembly.period_bodies[sides_.size()]; period >= 0) {
+      sides_.push_back({period, period, period, {}, {}});
+      continue;
+    }
     const auto find = [&](const std::string& name) {
       return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
     };
-    sides_.push_back({find("side/" + family + "/start"), find("side/" + family + "/end"), {}, {}});
+    sides_.push_back({-1, find("side/" + family + "/start"), find("side/" + family + "/end"), {}, {}});
     for (std::size_t b = 0; b < names.size(); ++b)
       if (names[b].starts_with(family + "/"))
         (names[b].ends_with("/start") ? sides_.back().start_yarns : sides_.back().end_yarns)
@@ -25,6 +29,10 @@ void SideGauge::begin_stage(const StageModel& model, const std::array<double, 2>
   bool driven = false, loose = false;
   for (int d = 0; d < 2; ++d) {
     const auto kind = [&](Index body) { return model.drives[6 * body + d].kind; };
+    if (const Index period = sides_[d].period; period >= 0) {
+      if (kind(period) != Kind::held) (model.proximal ? loose : driven) = true;
+      continue;
+    }
     for (const Index b : {sides_[d].start, sides_[d].end}) driven = driven || kind(b) != Kind::held;
     for (const auto* yarns : {&sides_[d].start_yarns, &sides_[d].end_yarns})
       for (const Index b : *yarns) loose = loose || (kind(b) != Kind::held && kind(b) != Kind::follow);
@@ -38,6 +46,10 @@ SideGauge::Reading SideGauge::read(const StageModel& model, const State& state) 
   Reading reading;
   for (int d = 0; d < 2 && present_; ++d) {
     reading.strain[d] = distance(model, state, d) / reference_[d] - 1;
+    if (sides_[d].period >= 0) {
+      reading.force[d] = model.pull(state, sides_[d].period).first[d];
+      continue;
+    }
     double pull = 0;
     for (const Index b : sides_[d].end_yarns) pull += model.ties->pull(state, b).first[d];
     for (const Index b : sides_[d].start_yarns) pull -= model.ties->pull(state, b).first[d];
@@ -47,6 +59,7 @@ SideGauge::Reading SideGauge::read(const StageModel& model, const State& state) 
 }
 
 double SideGauge::distance(const StageModel& model, const State& state, int d) const {
+  if (sides_[d].period >= 0) return model.bodies.pose(state, sides_[d].period).position[d];
   return model.bodies.pose(state, sides_[d].end).position[d] - model.bodies.pose(state, sides_[d].start).position[d];
 }
 

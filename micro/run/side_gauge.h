@@ -1,6 +1,6 @@
 #pragma once
 /// \file
-/// Strains and forces of a woven patch, from its side bodies.
+/// Strains and forces of a woven patch, from its side bodies, or from the periods of a cell.
 
 #include <array>
 #include <vector>
@@ -15,7 +15,8 @@ class SideGauge {
   explicit SideGauge(const Assembly& assembly);
 
   /// Strains count from the start of the first stage that drives the sides, and go on in all that follow; but where a
-  /// stage moves the yarns' ends without the sides, they begin anew with the next one that drives them.
+  /// stage moves the yarns' ends without the sides, they begin anew with the next one that drives them. A cell, which
+  /// has no such ends, does that in stages with a proximal term: there it is woven.
   /// `last`: strains at the end of the stage before, from which they go on although leaders are placed anew.
   void begin_stage(const StageModel& model, const std::array<double, 2>& last);
 
@@ -29,6 +30,7 @@ class SideGauge {
 
  private:
   struct Sides {
+    Index period;  // of a cell; negative: there are sides
     Index start, end;
     std::vector<Index> start_yarns, end_yarns;
   };

@@ -58,6 +58,8 @@ class StageRun {
                                  run_.state.summary.timers, at_.position, at_.state);
     } while (outcome.status == StageOutcome::Status::interrupted && !run_.stop_requested());
     run_.state.stage_start = after_stage(stage_, model_, at_.state, std::move(run_.state.stage_start));
+    // As they were found with the last increment: a run that goes on from its end looks for contacts anew.
+    run_.state.stage_start.body_forces = at_.body_forces;
     look_at_end();
     if (outcome.status != StageOutcome::Status::done) end_early(outcome);
   }

@@ -79,6 +79,8 @@ NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std:
                           .parts = fibers_apart(model),
                           .stop = std::move(stop)};
   if (model.contact) settings.travel_cap = scene.contact.search_margin;
+  // The second level knows fibers with two ends.
+  if (model.field.is_periodic()) settings.preconditioner = Preconditioner::factor;
   return settings;
 }
 

@@ -16,7 +16,7 @@ namespace trame::micro {
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kind_names = {"biaxial", "uniaxial", "pull_out", "yarn_tension"};
+constexpr std::array<std::string_view, 5> kind_names = {"biaxial", "uniaxial", "shear", "pull_out", "yarn_tension"};
 
 using Names = std::vector<std::string>;
 
@@ -39,7 +39,9 @@ const BundleSpec* find_bundle(const Scene& scene, const std::string& name) {
 /// A stage under construction, all of whose drives go the same way.
 class StageBuilder {
  public:
-  explicit StageBuilder(const NamedTest& test) {
+  StageBuilder(const NamedTest& test, const Scene& scene) {
+    for (const auto& [family, is_warp] : {std::pair{"warp", true}, {"weft", false}})
+      if (scene.weave && (is_warp ? scene.weave->warp : scene.weave->weft).periodic) periodic_.emplace_back(family);
     stage_.name = kind_names[static_cast<std::size_t>(test.kind)];
     const Index n_ways = std::max(1, 2 * test.n_cycles);
     stage_.n_increments = n_ways * test.n_increments;
@@ -55,9 +57,13 @@ class StageBuilder {
   void release(const std::string& bodies, std::initializer_list<BodyDof> dofs) {
     for (const BodyDof dof : dofs) stage_.drives.push_back({bodies, dof, DriveMode::force, 0, "", {}});
   }
-  /// Ends of a family follow the sides that are strained along it.
+  [[nodiscard]] bool is_periodic(const std::string& family) const {
+    return std::find(periodic_.begin(), periodic_.end(), family) != periodic_.end();
+  }
+  /// Ends of a family follow the sides that are strained along it; a period is strained itself.
   void strain_sides(const std::string& family, double value) {
     const BodyDof axis = axis_of(family == "warp");
+    if (is_periodic(family)) return strain("cell/" + family, axis, value);
     strain(fmt::format("side/{}/*", family), axis, value);
     for (const char* end : {"start", "end"})
       stage_.drives.push_back({fmt::format("{}/*/{}", family, end),
@@ -72,6 +78,7 @@ class StageBuilder {
  private:
   Stage stage_;
   Amplitude amplitude_;
+  Names periodic_;  // families
 };
 
 /// Fails for keys that the kind of test does not know, and for those that it lacks.
@@ -79,8 +86,9 @@ void check_keys(const SceneValue& table, NamedTestKind kind) {
   struct Own {
     Names needed, allowed;
   };
-  static const std::array<Own, 4> keys = {{{{}, {"warp_strain", "weft_strain"}},
+  static const std::array<Own, 5> keys = {{{{}, {"warp_strain", "weft_strain"}},
                                            {{"strain"}, {"direction"}},
+                                           {{"strain"}, {}},
                                            {{"yarn", "distance"}, {"end"}},
                                            {{"yarn", "strain"}, {}}}};
   const Own& own = keys[static_cast<std::size_t>(kind)];
@@ -105,6 +113,11 @@ NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
   check_keys(table, test.kind);
   const bool needs_weave = test.kind != NamedTestKind::yarn_tension;
   if (needs_weave && !scene.weave) table.find("kind")->fail("needs a [weave]; of a bundle there is \"yarn_tension\"");
+  if (test.kind == NamedTestKind::shear && !(scene.weave->warp.periodic && scene.weave->weft.periodic))
+    table.find("kind")->fail("needs a [weave] that is periodic both ways; at a patch it would be its sides that shear");
+  if (test.yarn && !find_bundle(scene, *test.yarn) &&
+      (is_warp(*test.yarn) ? scene.weave->warp : scene.weave->weft).periodic)
+    table.find("yarn")->fail("must be a yarn with ends, but the weave is periodic along it");
   if (test.kind == NamedTestKind::biaxial && test.warp_strain.value_or(0) == 0 && test.weft_strain.value_or(0) == 0)
     table.fail("test \"biaxial\" must have a warp_strain or a weft_strain other than 0");
   if (test.kind == NamedTestKind::pull_out) {
@@ -112,7 +125,7 @@ NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
     const Weave& weave = *scene.weave;
     const auto& [own, across] =
         is_warp(*test.yarn) ? std::tie(weave.warp, weave.weft) : std::tie(weave.weft, weave.warp);
-    const double most = (across.n_yarns - 1) * across.yarn_spacing + 2 * own.margin;
+    const double most = own.length_across(across);
     if (*test.distance > most)
       table.find("distance")->fail(fmt::format("must be at most {:g} m, the length of the yarn", most));
   }
@@ -123,9 +136,9 @@ NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
 void biaxial(const NamedTest& test, StageBuilder& stage) {
   const double warp = test.warp_strain.value_or(0), weft = test.weft_strain.value_or(0);
   stage.strain_sides("warp", warp);
-  stage.strain("weft/*", BodyDof::x, warp);
+  if (!stage.is_periodic("weft")) stage.strain("weft/*", BodyDof::x, warp);
   stage.strain_sides("weft", weft);
-  stage.strain("warp/*", BodyDof::y, weft);
+  if (!stage.is_periodic("warp")) stage.strain("warp/*", BodyDof::y, weft);
 }
 
 /// A yarn of one rod has nothing that resists a turn of its ends about its axis.
@@ -137,6 +150,7 @@ bool may_turn(const Scene& scene, const YarnKind& kind) {
 void release_ends(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
   const bool warp = test.along_warp.value_or(true);
   const std::string other = warp ? "weft" : "warp";
+  if (stage.is_periodic(other)) return stage.release("cell/" + other, {axis_of(!warp)});
   const YarnSystem& yarns = warp ? scene.weave->weft : scene.weave->warp;
   const BodyDof turn = warp ? BodyDof::ry : BodyDof::rx, tilt = warp ? BodyDof::rx : BodyDof::ry;
   stage.release(other + "/*", {BodyDof::x, BodyDof::y, BodyDof::z, tilt, BodyDof::rz});
@@ -156,7 +170,7 @@ void uniaxial(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
 /// begins when they have come to rest.
 Stage release_stage(const NamedTest& test, const Scene& scene) {
   constexpr Index n_increments = 10;
-  StageBuilder builder(test);
+  StageBuilder builder(test, scene);
   release_ends(test, scene, builder);
   Stage stage = builder.stage();
   stage.name = "release";
@@ -164,6 +178,9 @@ Stage release_stage(const NamedTest& test, const Scene& scene) {
   stage.proximal_start = weaving_damping(*scene.weave);
   return stage;
 }
+
+/// The weft's period leans along the warp: simple shear.
+void shear(const NamedTest& test, StageBuilder& stage) { stage.strain("cell/weft", BodyDof::x, *test.strain); }
 
 /// One end is drawn outward, the other one is free to follow through the fabric, all others are held.
 void pull_out(const NamedTest& test, StageBuilder& stage) {
@@ -193,7 +210,8 @@ std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns) {
           .needed(),
       key<T>("warp_strain", &T::warp_strain, strains, "biaxial: of the patch along the warp").otherwise("default: 0"),
       key<T>("weft_strain", &T::weft_strain, strains, "biaxial: of the patch along the weft").otherwise("default: 0"),
-      key<T>("strain", &T::strain, strains, "uniaxial: of the patch; yarn_tension: of the yarn's length")
+      key<T>("strain", &T::strain, strains,
+             "uniaxial: of the patch; shear: of a cell's weft along its warp; yarn_tension: of the yarn's length")
           .otherwise("needed there"),
       key<T>("direction", &T::along_warp, choice<bool>({{"warp", true}, {"weft", false}}),
              "uniaxial: the family that is pulled; the ends of the other are free")
@@ -236,15 +254,18 @@ void add_test_bodies(const SceneValue& root, const NamedTest& test, Scene& scene
 }
 
 void add_test_stage(const SceneValue& root, const NamedTest& test, Scene& scene) {
-  StageBuilder builder(test);
+  StageBuilder builder(test, scene);
   switch (test.kind) {
     case NamedTestKind::biaxial: biaxial(test, builder); break;
     case NamedTestKind::uniaxial: uniaxial(test, scene, builder); break;
+    case NamedTestKind::shear: shear(test, builder); break;
     case NamedTestKind::pull_out: pull_out(test, builder); break;
     case NamedTestKind::yarn_tension: yarn_tension(test, scene, builder); break;
   }
   std::vector<Stage> stages;
-  if (test.kind == NamedTestKind::uniaxial) stages.push_back(release_stage(test, scene));
+  const bool lets_ends_go =
+      test.kind == NamedTestKind::uniaxial && !builder.is_periodic(test.along_warp.value_or(true) ? "weft" : "warp");
+  if (lets_ends_go) stages.push_back(release_stage(test, scene));
   stages.push_back(builder.stage());
   NameTable known;
   for (const Stage& earlier : scene.stages) known.add(earlier.name);

@@ -8,7 +8,7 @@
 
 namespace trame::micro {
 
-enum class NamedTestKind : std::uint8_t { biaxial, uniaxial, pull_out, yarn_tension };
+enum class NamedTestKind : std::uint8_t { biaxial, uniaxial, shear, pull_out, yarn_tension };
 
 struct NamedTest {
   NamedTestKind kind = NamedTestKind::biaxial;

@@ -248,8 +248,7 @@ std::vector<FiberKind> fiber_kinds(const Scene& scene) {
   for (const BundleSpec& bundle : scene.bundles) add(bundle.type, bundle.points);
   if (!scene.weave) return kinds;
   const auto add_yarns = [&](const YarnSystem& yarns, const YarnSystem& across) {
-    for (const YarnKind& kind : yarns.kinds)
-      kinds.push_back({kind.type, (across.n_yarns - 1) * across.yarn_spacing + 2 * yarns.margin});
+    for (const YarnKind& kind : yarns.kinds) kinds.push_back({kind.type, yarns.length_across(across)});
   };
   add_yarns(scene.weave->warp, scene.weave->weft);
   add_yarns(scene.weave->weft, scene.weave->warp);
@@ -409,6 +408,10 @@ Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
   NameTable known(scene.weave ? yarn_names(*scene.weave) : Names());
   read_fibers(root, scene, known);
   read_bundles(root, scene, known);
+  if (scene.weave && scene.weave->is_periodic() && !(scene.fibers.empty() && scene.bundles.empty()))
+    root.find("weave")
+        ->find("periodic")
+        ->fail("must not stand beside a [[fiber]] or [[bundle]], which has no next cell");
   check_size(root, scene);
   check_stiffness(root, scene);
   read_bodies(root, scene);
@@ -421,6 +424,8 @@ Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
   check_friction(root, scene);
   check_enriched_only(root, scene);
   if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);
+  if (scene.solver.preconditioner == Preconditioner::two_level && scene.weave && scene.weave->is_periodic())
+    root.find("solver")->find("preconditioner")->fail("is for fibers with two ends, but the weave is periodic");
   Proportions(root, scene).check();
   return scene;
 }

@@ -71,9 +71,14 @@ struct YarnSystem {
   Index n_elements = 0;     ///< per fiber
   double yarn_spacing = 0;  ///< distance between neighbouring yarns (1/sett), m
   double margin = 0;        ///< yarn length beyond the outermost crossing yarn's axis, m
+  bool periodic = false;    ///< yarns come back to where they start; margins are half a spacing of the crossing yarns
 
   [[nodiscard]] const YarnKind& kind_of(Index yarn) const {
     return kinds[order[static_cast<std::size_t>(yarn) % order.size()]];
+  }
+  /// Length of a yarn that crosses yarns of another system.
+  [[nodiscard]] double length_across(const YarnSystem& crossing) const {
+    return (crossing.n_yarns - 1) * crossing.yarn_spacing + 2 * margin;
   }
   [[nodiscard]] std::int64_t n_fibers() const {  ///< of all yarns
     std::int64_t n = 0;
@@ -84,12 +89,14 @@ struct YarnSystem {
   bool operator==(const YarnSystem&) const = default;
 };
 
-/// Warp yarns run along x, weft yarns along y, z is the thickness direction; the patch is centred on the origin.
+/// Warp yarns run along x, weft yarns along y, z is the thickness direction; the patch is centred on the origin. Where
+/// a system is periodic, the patch is a cell that goes on along its yarns with the next one (micro/periodic/README.md).
 /// `warp_above[i][j]` is true where warp yarn j passes above weft yarn i.
 struct Weave {
   std::vector<std::vector<bool>> warp_above;  ///< weft n_yarns × warp n_yarns
   YarnSystem warp, weft;
 
+  [[nodiscard]] bool is_periodic() const { return warp.periodic || weft.periodic; }
   bool operator==(const Weave&) const = default;
 };
 
@@ -105,7 +112,8 @@ struct Tie {
   bool operator==(const Tie&) const = default;
 };
 
-/// A rigid body. A weave makes its own: "warp/1/start" … for yarn ends, "side/warp/start" … for patch sides.
+/// A rigid body. A weave makes its own: "warp/1/start" … for yarn ends, "side/warp/start" … for patch sides; and
+/// "cell/warp", "cell/weft" for periods, of which the positions are the period vectors.
 struct BodySpec {
   std::string name;
   Vec3 position = Vec3::Zero();  ///< m
@@ -118,7 +126,8 @@ struct BodySpec {
 enum class DriveMode : std::uint8_t {
   displacement,  ///< value reached at the stage's end, counted from its start (m, or rad for rotations)
   force,         ///< force or moment reached at the end, from the reaction found at the start (N, N m)
-  strain,        ///< displacement = value × the body's coordinate along the dof at the stage's start
+  strain,        ///< displacement = value × the body's coordinate along the dof at the stage's start; of a period,
+                 ///< along its yarns
   follow         ///< moves with the rigid motion of `leader` since the stage's start
 };
 

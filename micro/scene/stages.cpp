@@ -20,7 +20,9 @@ namespace {
 
 /// Everything that a tie can name.
 NameTable tieable_names(const Scene& scene) {
-  NameTable names(scene.weave ? yarn_names(*scene.weave) : Names());
+  NameTable names;
+  for (const std::string& yarn : scene.weave ? yarn_names(*scene.weave) : Names())
+    if (!(yarn.starts_with("warp/") ? scene.weave->warp : scene.weave->weft).periodic) names.add(yarn);
   for (const FiberSpec& fiber : scene.fibers) names.add(fiber.name);
   for (const BundleSpec& bundle : scene.bundles) names.add(bundle.name);
   return names;
@@ -90,15 +92,17 @@ Amplitude read_amplitude(const SceneValue& value, Index n_increments) {
 }
 
 /// The one of the four modes that a drive names, read in the measure of the dof.
-Drive make_drive(const SceneValue& table, const DriveInput& input, const std::string& bodies, BodyDof dof) {
+Drive make_drive(const SceneValue& table, const DriveInput& input, const std::optional<Weave>& weave,
+                 const std::string& bodies, BodyDof dof) {
   Drive drive{bodies, dof, DriveMode::displacement, 0, ""};
   const auto translations_only = [&](const char* mode) {
     if (is_rotation(dof))
       table.find(mode)->fail("is for the dofs x, y and z; rotations must have a displacement or a force");
   };
-  const int n_modes =
-      input.displacement.has_value() + input.force.has_value() + input.strain.has_value() + input.follow.has_value();
-  if (n_modes != 1) table.fail("must have exactly one of \"displacement\", \"force\", \"strain\" and \"follow\"");
+  const int n_modes = input.displacement.has_value() + input.force.has_value() + input.strain.has_value() +
+                      input.force_per_width.has_value() + input.follow.has_value();
+  if (n_modes != 1)
+    table.fail("must have exactly one of \"displacement\", \"force\", \"strain\", \"force_per_width\" and \"follow\"");
   if (input.displacement) {
     drive.value = input.displacement->quantity(displacement_measure(dof), any());
   } else if (input.force) {
@@ -108,6 +112,12 @@ Drive make_drive(const SceneValue& table, const DriveInput& input, const std::st
     translations_only("strain");
     drive.mode = DriveMode::strain;
     drive.value = *input.strain;
+  } else if (input.force_per_width) {
+    if (!is_period(bodies))
+      table.find("force_per_width")
+          ->fail("is for the periods of a periodic weave, \"cell/warp\" and \"cell/weft\", by their own names");
+    drive.mode = DriveMode::force;
+    drive.value = *input.force_per_width * cell_width(*weave, bodies == period_names[0]);
   } else {
     translations_only("follow");
     drive.mode = DriveMode::follow;
@@ -119,19 +129,20 @@ Drive make_drive(const SceneValue& table, const DriveInput& input, const std::st
 
 /// The drives of some bodies that a table asks for, before their amplitude: along axes, or along or about any
 /// direction.
-std::vector<Drive> make_drives(const SceneValue& table, const DriveInput& input, const std::string& bodies) {
+std::vector<Drive> make_drives(const SceneValue& table, const DriveInput& input, const std::optional<Weave>& weave,
+                               const std::string& bodies) {
   if ((input.dofs.empty() ? 0 : 1) + (input.along ? 1 : 0) + (input.about ? 1 : 0) != 1)
     table.fail("must have exactly one of \"dof\", \"along\" and \"about\"");
   std::vector<Drive> drives;
-  for (const BodyDof dof : input.dofs) drives.push_back(make_drive(table, input, bodies, dof));
+  for (const BodyDof dof : input.dofs) drives.push_back(make_drive(table, input, weave, bodies, dof));
   if (!input.dofs.empty()) return drives;
   const char* name = input.along ? "along" : "about";
   const Vec3 direction = input.along ? *input.along : *input.about;
   if (direction.isZero(0)) table.find(name)->fail("must not be zero");
-  if (input.strain || input.follow)
-    table.find(name)->fail("is for displacements and forces; strain and follow must have a dof");
+  if (input.strain || input.force_per_width || input.follow)
+    table.find(name)->fail("is for displacements and forces; strain, force_per_width and follow must have a dof");
   for (int d = 0; d < 3; ++d) {
-    drives.push_back(make_drive(table, input, bodies, static_cast<BodyDof>(input.along ? d : d + 3)));
+    drives.push_back(make_drive(table, input, weave, bodies, static_cast<BodyDof>(input.along ? d : d + 3)));
     drives.back().value *= direction.normalized()[d];
   }
   return drives;
@@ -160,9 +171,25 @@ bool leads_back(const Driven& driven, Index follower, Index leader) {
   return false;
 }
 
+/// Out of its plane and about it a cell does not move: turning it as a whole changes nothing.
+void check_period_drive(const SceneValue& table, const Drive& drive, const std::string& period) {
+  const bool along = period == period_names[0];
+  if (drive.dof == BodyDof::x || (!along && drive.dof == BodyDof::y)) {
+    if (drive.mode == DriveMode::follow) table.find("follow")->fail("is not for periods");
+    return;
+  }
+  table.find("bodies")->fail(
+      fmt::format("\"{}\" must be driven along {}: the cell stays in its plane, with the warp "
+                  "along x",
+                  period, along ? "x alone" : "x or y"));
+}
+
 void check_drive(const SceneValue& table, const Drive& drive, const NameTable& bodies, Driven& driven) {
   const Index leader = drive.mode == DriveMode::follow ? *bodies.find(drive.leader) : -1;
+  if (leader >= 0 && is_period(drive.leader))
+    table.find("follow")->fail("must be a body that turns and moves; a period is a vector");
   for (const Index body : bodies.fitting(drive.bodies)) {
+    if (is_period(bodies.names()[body])) check_period_drive(table, drive, bodies.names()[body]);
     if (!driven.dofs.emplace(body, drive.dof).second)
       table.find("bodies")->fail(
           fmt::format("a dof of \"{}\" must not be driven twice in a stage", bodies.names()[body]));
@@ -174,8 +201,8 @@ void check_drive(const SceneValue& table, const Drive& drive, const NameTable& b
   }
 }
 
-void read_drives(const SceneValue& stage_table, const NameTable& bodies, const std::vector<Key<DriveInput>>& keys,
-                 Stage& stage) {
+void read_drives(const SceneValue& stage_table, const std::optional<Weave>& weave, const NameTable& bodies,
+                 const std::vector<Key<DriveInput>>& keys, Stage& stage) {
   const auto drives = stage_table.find("drive");
   if (!drives) return;
   Driven driven;
@@ -184,7 +211,7 @@ void read_drives(const SceneValue& stage_table, const NameTable& bodies, const s
     read_table(table, keys, {}, input);
     const Amplitude amplitude = input.amplitude ? read_amplitude(*input.amplitude, stage.n_increments) : Amplitude();
     for (const std::string& pattern : input.bodies)
-      for (Drive& drive : make_drives(table, input, pattern)) {
+      for (Drive& drive : make_drives(table, input, weave, pattern)) {
         drive.amplitude = amplitude;
         check_drive(table, drive, bodies, driven);
         stage.drives.push_back(std::move(drive));
@@ -223,7 +250,7 @@ void read_stages(const SceneValue& root, Scene& scene) {
     add_new_name(*table.find("name"), stage.name, known);
     check_stage(table, scene, stage);
     stage.friction = stage.friction && scene.contact.friction;
-    read_drives(table, bodies, drive_table, stage);
+    read_drives(table, scene.weave, bodies, drive_table, stage);
     scene.stages.push_back(std::move(stage));
   }
 }

@@ -100,6 +100,20 @@ std::vector<Key<BundleSpec>> bundle_keys(const NameTable& fiber_types) {
       key<T>("twist", &T::twist, number(any()), "turns over the length, free of stress")};
 }
 
+namespace {
+
+/// Which yarn systems come back to where they start.
+Kind<std::array<bool, 2>> periodic_systems() {
+  using Systems = std::array<bool, 2>;
+  const auto words = choice<Systems>({{"warp", {true, false}}, {"weft", {false, true}}});
+  const auto read = [words](const SceneValue& value) {
+    return value.is_boolean() ? Systems{value.boolean(), value.boolean()} : words.read(value);
+  };
+  return {"true, false, or one of " + words.allowed, read, [](const Systems&) { return std::string("false"); }};
+}
+
+}  // namespace
+
 std::vector<Key<WeaveInput>> weave_keys() {
   using T = WeaveInput;
   const auto pattern = choice<std::string>({{"plain", "plain"}, {"twill", "twill"}, {"satin", "satin"}});
@@ -121,7 +135,10 @@ std::vector<Key<WeaveInput>> weave_keys() {
       key<T>("repeat", &T::repeat, twill_floats(), "of a twill: floats above and below by turns along a warp yarn"),
       key<T>("harnesses", &T::harnesses, integer(between(5, 1000)), "of a satin: yarns in a repeat"),
       key<T>("step", &T::step, integer(between(2, 1000)),
-             "of a satin: from one interlacing to the next; at most harnesses - 2, without a common divisor")};
+             "of a satin: from one interlacing to the next; at most harnesses - 2, without a common divisor"),
+      key<T>("periodic", &T::periodic, periodic_systems(),
+             "yarns leave the cell on one side and come in on the other as themselves: all, or those of one system; "
+             "a whole number of repeats, without edges. Bodies cell/warp and cell/weft are the periods")};
 }
 
 namespace {
@@ -227,14 +244,18 @@ std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies) {
           .otherwise("this, dof or along"),
       key<T>("displacement", &T::displacement, unread(either(length, angle)),
              "reached at the end, from the stage's start")
-          .otherwise("one of the four"),
+          .otherwise("one of the five"),
       key<T>("force", &T::force, unread(either(force, moment)), "reached at the end, from the reaction at the start")
-          .otherwise("one of the four"),
+          .otherwise("one of the five"),
       key<T>("strain", &T::strain, quantity(ratio, any()),
-             "displacement over the body's coordinate at the stage's start; translations only")
-          .otherwise("one of the four"),
+             "displacement over the body's coordinate at the stage's start; translations only; of a period, over its "
+             "length")
+          .otherwise("one of the five"),
+      key<T>("force_per_width", &T::force_per_width, quantity(force_per_length, any()),
+             "of a period: force over the width of the laid out cell, as force")
+          .otherwise("one of the five"),
       key<T>("follow", &T::follow, existing_name("a body", bodies), "moves rigidly with it; translations only")
-          .otherwise("one of the four"),
+          .otherwise("one of the five"),
       key<T>("amplitude", &T::amplitude, unread("a list of [stage time, share of the value]"),
              "straight from point to point, from [0, 0] to stage time 1; increments end at its points; not for follow")
           .otherwise("default: [[1, 1]], a ramp")};

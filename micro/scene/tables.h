@@ -50,6 +50,7 @@ struct WeaveInput {
   std::vector<Index> repeat = {2, 2};
   Index harnesses = 5, step = 2;
   Index first_warp = 1, first_weft = 1;
+  std::array<bool, 2> periodic{};  ///< warp, weft
 };
 /// A drive of several dofs of several bodies. The unit of a displacement or force depends on the dof.
 struct DriveInput {
@@ -57,7 +58,7 @@ struct DriveInput {
   std::vector<BodyDof> dofs;
   std::optional<Vec3> along, about;
   std::optional<SceneValue> displacement, force, amplitude;
-  std::optional<double> strain;
+  std::optional<double> strain, force_per_width;
   std::optional<std::string> follow;
 };
 

@@ -33,6 +33,7 @@ inline constexpr Measure mass_density{"kg m-3", "a density", "1.14 g/cm3", 1e-6,
 inline constexpr Measure linear_density{"kg m-1", "a linear density", "78 dtex", 1e-21, 1e9};
 inline constexpr Measure per_length{"m-1", "a number per length", "37 per cm", 1e-6, 1e12};
 inline constexpr Measure force{"N", "a force", "2 mN", 1e-21, 1e15};
+inline constexpr Measure force_per_length{"N m-1", "a force per length", "50 N/m", 1e-15, 1e15};
 inline constexpr Measure moment{"N m", "a moment", "0.1 N mm", 1e-21, 1e15};
 
 /// An interval of numbers, each end open or closed.
@@ -99,6 +100,7 @@ class SceneValue {
   [[nodiscard]] std::vector<SceneValue> children() const;                       ///< of a table
   [[nodiscard]] std::optional<SceneValue> find(std::string_view child) const;   ///< in a table
   [[nodiscard]] bool is_list() const { return node_->is_array(); }
+  [[nodiscard]] bool is_boolean() const { return node_->is_boolean(); }
   void must_be_table() const;
 
  private:

@@ -114,6 +114,11 @@ WeavePattern read_draft_of(const SceneValue& table, const WeaveInput& input, con
   }
 }
 
+WeavePattern whole_draft(const std::filesystem::path& file) {
+  const Draft draft = read_draft(file);
+  return pattern_of(draft, 0, 0, draft.n_weft(), draft.n_warp());
+}
+
 NameTable fiber_type_names(const Scene& scene) {
   NameTable names;
   for (const FiberType& type : scene.fiber_types) names.add(type.name);
@@ -228,6 +233,48 @@ void check_lays(const SceneValue& table, const Scene& scene, const YarnSystem& y
   }
 }
 
+/// A periodic cell is a whole number of repeats, of the pattern and of the order of kinds of yarn, along each of its
+/// periods, and its last yarn must not overlap the first one of the next cell.
+void check_repeats(const SceneValue& table, const WeaveInput& input, const Scene& scene,
+                   const std::filesystem::path& folder, const Weave& weave) {
+  const Index n_weft = weave.weft.n_yarns, n_warp = weave.warp.n_yarns;
+  // All of a pattern's rows, or columns, are seen from each yarn of the cell on.
+  const auto period = [](Index n_rows, const auto& equal) {
+    for (Index period = 1; period < n_rows; ++period) {
+      bool all = true;
+      for (Index i = 0; i < n_rows && all; ++i) all = equal(i, (i + period) % n_rows);
+      if (all && n_rows % period == 0) return period;
+    }
+    return n_rows;
+  };
+  const WeavePattern repeat =
+      input.pattern_file ? whole_draft(folder / *input.pattern_file) : make_pattern(table, input);
+  const auto n_rows = static_cast<Index>(repeat.size()), n_columns = static_cast<Index>(repeat.front().size());
+  const Index of_weft = period(n_rows, [&](Index i, Index k) { return repeat[i] == repeat[k]; });
+  const Index of_warp = period(n_columns, [&](Index j, Index k) {
+    return std::all_of(repeat.begin(), repeat.end(), [&](const std::vector<bool>& row) { return row[j] == row[k]; });
+  });
+  // Along the warp's period weft yarns repeat, and the other way round.
+  const auto check = [&](const char* family, const YarnSystem& yarns, Index n, Index of_pattern) {
+    const SceneValue system = *table.find(family);
+    const auto of_order = static_cast<Index>(yarns.order.size());
+    for (const auto& [what, repeat_of] : {std::pair{"pattern", of_pattern}, {"order", of_order}})
+      if (n % repeat_of != 0)
+        system.find("yarns")->fail(
+            fmt::format("must be a multiple of {}, the {} yarns of a repeat of the {}, which else does not close in a "
+                        "periodic cell",
+                        repeat_of, family, what));
+    const YarnKind &last = yarns.kind_of(n - 1), &first = yarns.kind_of(0);
+    const auto radius = [&](const YarnKind& kind) { return scene.fiber_types[kind.type].radius; };
+    const double least = least_yarn_spacing(last, radius(last), first, radius(first));
+    if (yarns.yarn_spacing < least * (1 - 1e-9))
+      system.find("yarns")->fail(
+          fmt::format("the last yarn overlaps the first one of the next cell; they need {:.4g} m side by side", least));
+  };
+  if (weave.warp.periodic) check("weft", weave.weft, n_weft, of_weft);
+  if (weave.weft.periodic) check("warp", weave.warp, n_warp, of_warp);
+}
+
 /// All of a system but what follows from the other one.
 YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& scene,
                       const std::vector<YarnKind>& kinds, YarnSystemInput& input) {
@@ -251,12 +298,29 @@ YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& 
   return yarns;
 }
 
+/// Twist must fit together where yarns come back to where they start.
+void check_turns(const SceneValue& table, double length, const YarnSystem& yarns) {
+  constexpr double tolerance = 1e-6;
+  for (const YarnKind& kind : yarns.kinds) {
+    const double turns = length * std::abs(kind.twist);
+    if (std::abs(turns - std::round(turns)) <= tolerance) continue;
+    const auto own = table.find("twist");
+    const std::string complaint = fmt::format(
+        "{:.6g} turns over the {:.6g} m of a periodic cell; must be a whole number of them, such as {:.6g} per m",
+        turns, length, std::max(1.0, std::round(turns)) / length);
+    (own ? *own : *table.find("order"))
+        .fail(kind.name.empty() ? complaint : fmt::format("yarn \"{}\": {}", kind.name, complaint));
+  }
+}
+
 /// Margin and elements, which go by the crossing yarns.
 void fit_to_crossing(const SceneValue& table, const Scene& scene, const YarnSystemInput& input,
                      const YarnSystem& crossing, YarnSystem& yarns) {
   constexpr double diameters = 2.5, elements_a_crossing = 4, elements_a_turn = 10;
-  yarns.margin = input.margin.value_or(crossing.yarn_spacing);
-  const double length = (crossing.n_yarns - 1) * crossing.yarn_spacing + 2 * yarns.margin;
+  if (yarns.periodic) refuse(table, {"margin"}, "yarns of a periodic cell have no ends");
+  yarns.margin = yarns.periodic ? 0.5 * crossing.yarn_spacing : input.margin.value_or(crossing.yarn_spacing);
+  const double length = yarns.length_across(crossing);
+  if (yarns.periodic) check_turns(table, length, yarns);
   double most = crossing.yarn_spacing / elements_a_crossing, most_for_twist = std::numeric_limits<double>::infinity();
   for (const YarnKind& kind : yarns.kinds) {
     most = std::min(most, diameters * 2 * scene.fiber_types[kind.type].radius);
@@ -271,6 +335,9 @@ void fit_to_crossing(const SceneValue& table, const Scene& scene, const YarnSyst
   if (chosen < needed)
     table.find("elements")
         ->fail(fmt::format("must be at least {:g}, or an element has more than a tenth of a turn of twist", needed));
+  constexpr double least_of_a_loop = 2;
+  if (yarns.periodic && chosen < least_of_a_loop)
+    table.find("elements")->fail("must be at least 2 in a periodic cell, where the last one joins the first one");
   yarns.n_elements = static_cast<Index>(std::max(1.0, chosen));
 }
 
@@ -321,12 +388,15 @@ Weave read_weave(const SceneValue& table, const Scene& scene, const std::vector<
   YarnSystemInput warp, weft;
   weave.warp = read_yarns(table, "warp", scene, kinds, warp);
   weave.weft = read_yarns(table, "weft", scene, kinds, weft);
+  weave.warp.periodic = input.periodic[0];
+  weave.weft.periodic = input.periodic[1];
   fit_to_crossing(*table.find("warp"), scene, warp, weave.weft, weave.warp);
   fit_to_crossing(*table.find("weft"), scene, weft, weave.warp, weave.weft);
   const Index n_weft = weave.weft.n_yarns, n_warp = weave.warp.n_yarns;
   weave.warp_above = input.pattern_file ? read_draft_of(table, input, folder, n_weft, n_warp)
                                         : continued(make_pattern(table, input), n_weft, n_warp, input.first_weft - 1,
                                                     input.first_warp - 1);
+  if (weave.is_periodic()) check_repeats(table, input, scene, folder, weave);
   return weave;
 }
 
@@ -339,11 +409,25 @@ std::vector<std::string> yarn_names(const Weave& weave) {
 
 std::vector<std::string> weave_body_names(const Weave& weave) {
   Names names;
+  const auto system_of = [&](const std::string& yarn) -> const YarnSystem& {
+    return yarn.starts_with("warp/") ? weave.warp : weave.weft;
+  };
   for (const std::string& yarn : yarn_names(weave))
-    for (const char* end : {"/start", "/end"}) names.push_back(yarn + end);
-  for (const char* side : {"side/warp/start", "side/warp/end", "side/weft/start", "side/weft/end"})
-    names.push_back(side);
+    for (const char* end : {"/start", "/end"})
+      if (!system_of(yarn).periodic) names.push_back(yarn + end);
+  for (const auto& [family, period] : {std::pair{"warp", 0}, {"weft", 1}}) {
+    if ((period == 0 ? weave.warp : weave.weft).periodic) {
+      names.emplace_back(period_names[period]);
+      continue;
+    }
+    for (const char* end : {"start", "end"}) names.push_back(fmt::format("side/{}/{}", family, end));
+  }
   return names;
+}
+
+double cell_width(const Weave& weave, bool across_warp) {
+  const YarnSystem& yarns = across_warp ? weave.warp : weave.weft;
+  return yarns.n_yarns * yarns.yarn_spacing;
 }
 
 }  // namespace trame::micro

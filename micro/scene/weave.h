@@ -2,7 +2,9 @@
 /// \file
 /// Part of reading a scene: its weave.
 
+#include <array>
 #include <filesystem>
+#include <string>
 
 #include "micro/scene/keys.h"
 #include "micro/scene/pattern.h"
@@ -35,7 +37,17 @@ namespace trame::micro {
 /// Names of a weave's yarns: warp/1 … then weft/1 …
 [[nodiscard]] std::vector<std::string> yarn_names(const Weave& weave);
 
-/// Names of the bodies that a weave makes: an end of each yarn, a side of the patch for each end of each yarn system.
+/// Names of the bodies that stand for the period vectors of a cell, along warp and weft.
+inline constexpr std::array<const char*, 2> period_names = {"cell/warp", "cell/weft"};
+[[nodiscard]] inline bool is_period(const std::string& body) {
+  return body == period_names[0] || body == period_names[1];
+}
+
+/// Width of the laid out patch across its warp, or across its weft.
+[[nodiscard]] double cell_width(const Weave& weave, bool across_warp);
+
+/// Names of the bodies that a weave makes: an end of each yarn, a side of the patch for each end of each yarn system;
+/// for systems that come back to where they start a period instead.
 [[nodiscard]] std::vector<std::string> weave_body_names(const Weave& weave);
 
 }  // namespace trame::micro

@@ -36,12 +36,20 @@ double rounded(double x) {
   return std::round(x / unit) * unit;
 }
 
-/// Both ends of all yarns are pulled outward.
-std::vector<Drive> pulls(double warp, double weft) {
-  return {{"warp/*/start", BodyDof::x, DriveMode::force, -warp, "", {}},
-          {"warp/*/end", BodyDof::x, DriveMode::force, warp, "", {}},
-          {"weft/*/start", BodyDof::y, DriveMode::force, -weft, "", {}},
-          {"weft/*/end", BodyDof::y, DriveMode::force, weft, "", {}}};
+/// Both ends of all yarns are pulled outward; in a periodic cell, all yarns at once.
+std::vector<Drive> pulls(const Weave& weave, double warp, double weft) {
+  std::vector<Drive> drives;
+  const auto add = [&](const YarnSystem& yarns, const std::string& family, BodyDof axis, double pull) {
+    if (yarns.periodic) {
+      drives.push_back({"cell/" + family, axis, DriveMode::force, yarns.n_yarns * pull, "", {}});
+      return;
+    }
+    drives.push_back({family + "/*/start", axis, DriveMode::force, -pull, "", {}});
+    drives.push_back({family + "/*/end", axis, DriveMode::force, pull, "", {}});
+  };
+  add(weave.warp, "warp", BodyDof::x, warp);
+  add(weave.weft, "weft", BodyDof::y, weft);
+  return drives;
 }
 
 }  // namespace
@@ -74,7 +82,7 @@ std::vector<Stage> weaving_stages(const Scene& scene) {
       std::clamp<double>(std::ceil(rise / radius / radii_an_increment), least_increments, most_increments));
   separate.proximal_start = separate.proximal_end = damping;
   separate.fiber_model = FiberModel::rod;
-  separate.drives = pulls(warp, weft);
+  separate.drives = pulls(weave, warp, weft);
 
   Stage relax;
   relax.name = "relax";
@@ -82,7 +90,7 @@ std::vector<Stage> weaving_stages(const Scene& scene) {
   relax.friction = scene.contact.friction;
   relax.proximal_start = damping;
   relax.fiber_model = FiberModel::rod;
-  relax.drives = pulls(later_share * warp, later_share * weft);
+  relax.drives = pulls(weave, later_share * warp, later_share * weft);
 
   Stage settle = relax;
   settle.name = "settle";

@@ -31,6 +31,7 @@ struct ContactRecord {
   std::vector<double> preload;  ///< penetration that the force of the multiplier is worth, with which it goes on, m
   std::vector<Index> point;     ///< 1: a point, 0: a sample of a line
   std::vector<Index> stuck;     ///< 1: it is not contact that holds these fibers in each other
+  std::vector<Index> image_warp, image_weft;  ///< periods by which fiber b is displaced, where the weave is periodic
 };
 
 struct BodyRecord {

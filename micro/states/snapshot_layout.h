@@ -63,6 +63,8 @@ void visit_contacts(Contacts& contacts, Visitor& visit) {
   visit.later_ragged("contacts/preload", "m", contacts.preload, false);
   visit.later_ragged("contacts/point", "1", contacts.point, false);
   visit.later_ragged("contacts/stuck", "1", contacts.stuck, false);
+  visit.later_ragged("contacts/image_warp", "1", contacts.image_warp, false);
+  visit.later_ragged("contacts/image_weft", "1", contacts.image_weft, false);
 }
 
 /// `visit.scalar(path, unit, field)`: one value per increment; `visit.later_scalar`: the same, which older files do not

@@ -7,8 +7,8 @@
 namespace trame::micro {
 
 bool plan_crossing(const FiberField& field, const State& state, Index a, Index b, double& s_a, double& s_b) {
-  const double length_a = field.mesh().length(a), length_b = field.mesh().length(b);
-  const double tolerance = 1e-9 * (length_a + length_b);
+  const FiberField::Ends ends_a = field.ends(a), ends_b = field.ends(b);
+  const double tolerance = 1e-9 * (field.mesh().length(a) + field.mesh().length(b));
   for (int iteration = 0; iteration < 30; ++iteration) {
     const auto pa = field.curve(state, a, s_a);
     const auto pb = field.curve(state, b, s_b);
@@ -20,8 +20,8 @@ bool plan_crossing(const FiberField& field, const State& state, Index a, Index b
     const double db = (pa.tangent.x() * d.y() - pa.tangent.y() * d.x()) / determinant;
     if (std::hypot(da, db) < tolerance) return true;
     const double before_a = s_a, before_b = s_b;
-    s_a = std::clamp(s_a + da, 0.0, length_a);
-    s_b = std::clamp(s_b + db, 0.0, length_b);
+    s_a = std::clamp(s_a + da, ends_a.start, ends_a.end);
+    s_b = std::clamp(s_b + db, ends_b.start, ends_b.end);
     // Held at an end that it wants to leave: the fibers do not reach each other.
     if (std::hypot(s_a - before_a, s_b - before_b) < tolerance) return false;
   }
@@ -124,7 +124,7 @@ bool CrossingOrder::follow(const State& state, Follow what) {
 }
 
 void CrossingOrder::add_sparsity(Pattern::Builder& builder) const {
-  for (const Element& e : elements_) e.covered.add_sparsity(builder);
+  for (const Element& e : elements_) e.covered.add_sparsity(field_, e.a, e.b, builder);
 }
 
 /// Forces are vertical, at crossings that go with the fibers. That has no potential where fibers are inclined; the

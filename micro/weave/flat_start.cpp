@@ -112,7 +112,18 @@ Index add_body(Assembly& assembly, const std::string& name, const Vec3& position
   return static_cast<Index>(assembly.body_names.size()) - 1;
 }
 
-/// One yarn system of the weave: its yarns, a body at each yarn end, a body at each side of the patch.
+/// The last fiber comes back to where it starts, a period on: its last node is its first one there.
+void close_fiber(Assembly& assembly, const Vec3& period) {
+  FiberConfiguration& c = assembly.configuration;
+  const Index first = *(assembly.mesh.first_node.end() - 2);
+  c.r.back() = c.r[first] + period;
+  c.tangent.back() = c.tangent[first];
+  c.g1.back() = c.g1[first];
+  c.g2.back() = c.g2[first];
+}
+
+/// One yarn system of the weave: its yarns, a body at each yarn end, a body at each side of the patch; or, where yarns
+/// come back to where they start, one that stands for their period.
 void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem& system, double half_length,
                         bool is_warp) {
   const std::string family = is_warp ? "warp" : "weft";
@@ -124,6 +135,7 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
     const std::string name = family + "/" + std::to_string(yarn + 1);
     begin_yarn(assembly, name, is_warp ? YarnFamily::warp : YarnFamily::weft);
     const Index first_fiber = assembly.mesh.n_fibers();
+    const int period = is_warp ? 0 : 1;
     const YarnKind& kind = system.kind_of(yarn);
     for (const Vec2& c : yarn_section(kind, scene.fiber_types[kind.type].radius, yarn)) {
       const Vec3 from = place(-half_length, across + c[0], c[1]), to = place(half_length, across + c[0], c[1]);
@@ -135,7 +147,10 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
         return place((2 * t - 1) * half_length, across + turned[0], turned[1]);
       };
       append_fiber(assembly, scene, turns == 0 ? straight : helix, system.n_elements, kind.type, Vec3::UnitZ());
+      assembly.mesh.period_of_fiber.push_back(system.periodic ? period : -1);
+      if (system.periodic) close_fiber(assembly, place(2 * half_length, 0, 0));
     }
+    if (system.periodic) continue;
     for (const FiberEnd end : {FiberEnd::start, FiberEnd::end}) {
       const bool start = end == FiberEnd::start;
       const Index body =
@@ -143,6 +158,10 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
       for (Index f = first_fiber; f < assembly.mesh.n_fibers(); ++f)
         assembly.ties.push_back({body, f, end, TieKind::clamped});
     }
+  }
+  if (system.periodic) {
+    assembly.period_bodies[is_warp ? 0 : 1] = add_body(assembly, "cell/" + family, place(2 * half_length, 0, 0));
+    return;
   }
   add_body(assembly, "side/" + family + "/start", place(-half_length, 0, 0));
   add_body(assembly, "side/" + family + "/end", place(half_length, 0, 0));
@@ -161,11 +180,13 @@ void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
   const auto half_length = [](const YarnSystem& yarns, const YarnSystem& crossing) {
     return 0.5 * crossing.yarn_spacing * (crossing.n_yarns - 1) + yarns.margin;
   };
+  assembly.mesh.period_of_fiber.assign(assembly.mesh.n_fibers(), -1);
   append_yarn_system(assembly, scene, weave.warp, half_length(weave.warp, weave.weft), true);
   append_yarn_system(assembly, scene, weave.weft, half_length(weave.weft, weave.warp), false);
   for (Index i = 0; i < weave.weft.n_yarns; ++i)
     for (Index j = 0; j < weave.warp.n_yarns; ++j)
       assembly.crossings.push_back({first_yarn + j, first_yarn + weave.warp.n_yarns + i, weave.warp_above[i][j]});
+  if (!weave.is_periodic()) assembly.mesh.period_of_fiber.clear();
   assembly.flat_height = 0.5 * (flat_height(scene, weave.warp) + flat_height(scene, weave.weft));
 }
 

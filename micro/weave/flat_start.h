@@ -3,6 +3,7 @@
 /// The start of a simulation: fibers of a scene laid out as it says; the yarns of a weave straight and flat in one
 /// plane, interpenetrating where they cross.
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct Assembly {
   std::vector<Vec3> body_positions;
   std::vector<EndTie> ties;
   std::vector<WeaveCrossing> crossings;
+  std::array<Index, 2> period_bodies{-1, -1};  ///< whose positions are the period vectors of a cell; negative: none
   double flat_height =
       0;  ///< largest height of a warp plus that of a weft yarn, half of each: their overlap at the start
 };

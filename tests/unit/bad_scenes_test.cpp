@@ -217,7 +217,7 @@ const Mistake keys[] = {
     {"[effects]", "[[effects]]", "bad.toml: effects: must be a table, written [effects]"},
     {"[[fiber]]", "[fiber]", "bad.toml: fiber: must be a list of tables, written [[fiber]]"},
     {"strain = 0.02\n", "",
-     "bad.toml: stage[2].drive[1]: must have exactly one of \"displacement\", \"force\", \"strain\" and"},
+     "bad.toml: stage[2].drive[1]: must have exactly one of \"displacement\", \"force\", \"strain\","},
     {"strain = 0.02", "strain = 0.02\nforce = \"1 N\"", "bad.toml: stage[2].drive[1]: must have exactly one of"},
     {"title = \"good\"", "title = good", "bad.toml: line 1: "},
     {"title = \"good\"", "title = \"good\"\ntitle = \"again\"", "bad.toml: line 2: "},

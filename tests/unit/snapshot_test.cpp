@@ -93,6 +93,8 @@ Increment sample_increment(Index i, Index n_contacts) {
     increment.contacts.preload.push_back(10 * x);
     increment.contacts.point.push_back(c % 2);
     increment.contacts.stuck.push_back(c % 3 == 0 ? 1 : 0);
+    increment.contacts.image_warp.push_back(c % 2);
+    increment.contacts.image_weft.push_back(-(c % 3));
   }
   Mat3 rotation;
   rotation << 1, 2, 3, 4, 5, 6, 7, 8, 9 + i;
@@ -149,6 +151,8 @@ void expect_equal(const Increment& a, const Increment& b) {
   EXPECT_EQ(a.contacts.preload, b.contacts.preload);
   EXPECT_EQ(a.contacts.point, b.contacts.point);
   EXPECT_EQ(a.contacts.stuck, b.contacts.stuck);
+  EXPECT_EQ(a.contacts.image_warp, b.contacts.image_warp);
+  EXPECT_EQ(a.contacts.image_weft, b.contacts.image_weft);
   EXPECT_EQ(a.bodies.position, b.bodies.position);
   EXPECT_EQ(a.bodies.rotation, b.bodies.rotation);
   EXPECT_EQ(a.bodies.force, b.bodies.force);

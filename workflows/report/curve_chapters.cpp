@@ -87,9 +87,10 @@ std::string curves_figure(const std::vector<Curve>& curves) {
   return figure(inline_image(*svg, "image/svg+xml", what), filled("curves_caption", {{"what", what}}));
 }
 
-/// Sides are shown as such.
+/// Sides, and the periods of a cell along its yarns, are shown as such.
 bool is_shown_as_side(const Curve& curve) {
-  return (curve.name.starts_with("side/warp/") && curve.name.ends_with(", x")) ||
+  return curve.name == "cell/warp, x" || curve.name == "cell/weft, y" ||
+         (curve.name.starts_with("side/warp/") && curve.name.ends_with(", x")) ||
          (curve.name.starts_with("side/weft/") && curve.name.ends_with(", y"));
 }
 

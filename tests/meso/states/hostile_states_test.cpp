@@ -93,7 +93,7 @@ void write_run(const fs::path& file) {
     state.bodies.rotation = {Mat3::Identity(), Mat3::Identity()};
     micro::ContactRecord& contacts = state.contacts;
     contacts.fiber_a = {0, 1}, contacts.fiber_b = {5, 6};
-    contacts.point = contacts.stuck = {0, 1};
+    contacts.point = contacts.stuck = contacts.image_warp = contacts.image_weft = {0, 1};
     for (auto* values :
          {&contacts.s_a, &contacts.s_b, &contacts.gap, &contacts.normal_force, &contacts.penalty, &contacts.length,
           &contacts.preload})
