@@ -1,5 +1,6 @@
 #include "micro/scene/tables.h"
 
+#include "micro/core/error.h"
 #include "micro/scene/weave.h"
 
 namespace trame::micro {
@@ -106,10 +107,16 @@ namespace {
 Kind<std::array<bool, 2>> periodic_systems() {
   using Systems = std::array<bool, 2>;
   const auto words = choice<Systems>({{"warp", {true, false}}, {"weft", {false, true}}});
-  const auto read = [words](const SceneValue& value) {
-    return value.is_boolean() ? Systems{value.boolean(), value.boolean()} : words.read(value);
+  const std::string allowed = "true, false, \"warp\" or \"weft\"";
+  const auto read = [words, allowed](const SceneValue& value) {
+    if (value.is_boolean()) return Systems{value.boolean(), value.boolean()};
+    try {
+      return words.read(value);
+    } catch (const InputError&) {
+      value.fail("must be " + allowed);
+    }
   };
-  return {"true, false, or one of " + words.allowed, read, [](const Systems&) { return std::string("false"); }};
+  return {allowed, read, [](const Systems&) { return std::string("false"); }};
 }
 
 }  // namespace

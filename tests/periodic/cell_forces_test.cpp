@@ -47,7 +47,7 @@ TEST(PeriodicDerivatives, Anchors) {
 // Of beams the sections are alike: forces do not know how sections grow from element to element.
 TEST(PeriodicDerivatives, ContactAndFrictionWithImages) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
-    const Cell cell({.model = model, .n_elements = 2});
+    const Cell cell({.model = model});
     ContactLaw law;
     law.friction_coefficient = 0.4;
     Contact contact(cell.model->field, law, std::vector<double>(cell.assembly.mesh.n_fibers(), 1.0));
@@ -98,7 +98,7 @@ TEST(PeriodicForces, NoPlaceIsLikeAnEnd) {
 // A cell of two by two repeats has four times the contacts of one, and twice the force on each period.
 TEST(PeriodicForces, OfTwoByTwoRepeats) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
-    const Cell one({.model = model}), four({.model = model, .n_warp = 4, .n_weft = 4, .n_elements = 8});
+    const Cell one({.model = model}), four({.model = model, .n_warp = 4, .n_weft = 4, .n_elements = 4});
     const std::vector<double> force = one.gradient(one.state), of_four = four.gradient(four.state);
     EXPECT_EQ(4 * one.model->contact->elements().size(), four.model->contact->elements().size());
     double length = 0, of_four_length = 0;

@@ -25,7 +25,7 @@ TEST(PeriodicCell, StraightFibersPullAsBars) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
     Scene scene = test::cell_scene({.model = model, .n_warp = 3, .n_weft = 2});
     scene.contact.scope = ContactScope::none;
-    scene.stages[0].n_increments = 2;
+    scene.stages[0].n_increments = 10;
     scene.stages[0].drives = {{"cell/warp", BodyDof::x, DriveMode::strain, 0.02, ""},
                               {"cell/weft", BodyDof::y, DriveMode::force, 0.01, ""}};
     const RunResult result = run_scene(scene);
@@ -33,10 +33,11 @@ TEST(PeriodicCell, StraightFibersPullAsBars) {
     const CurvePoint& end = result.summary.curve.back();
     const auto pull = [](double stretch) { return area * 0.5 * (stretch * stretch - 1) * stretch; };
     EXPECT_NEAR(end.side_strain[0], 0.02, 1e-12);
-    EXPECT_NEAR(end.side_force[0], 3 * pull(1.02), 1e-9);
+    // Sections that narrow are held back by their anchors, a little.
+    EXPECT_NEAR(end.side_force[0], 3 * pull(1.02), 1e-7 * pull(1.02));
     // The other period is free to go with its load.
     EXPECT_NEAR(end.side_force[1], 0.01, 1e-9);
-    EXPECT_NEAR(2 * pull(1 + end.side_strain[1]), 0.01, 1e-9);
+    EXPECT_NEAR(2 * pull(1 + end.side_strain[1]), 0.01, 1e-6 * 0.01);
     // The last node stays a period from the first one.
     const auto& r = result.last().fibers.r;
     EXPECT_NEAR((result.tip(0) - r[0]).x(), 10 * 1.02, 1e-9);

@@ -60,7 +60,8 @@ TEST(PeriodicScenes, RefuseWhatHasNoPlaceInACell) {
   expect_mentions(error_of(plain_cell({.of_warp = "elements = 1"})), {"weave.warp.elements", "at least 2"});
   expect_mentions(error_of(plain_cell({.of_warp = "twist = \"5000 per m\"\ntwist_direction = \"Z\""})),
                   {"weave.warp.twist", "1.3 turns", "whole number"});
-  expect_mentions(error_of(plain_cell({.periodic = "\"both\""})), {"weave.periodic", "both", "true, false", "warp"});
+  expect_mentions(error_of(plain_cell({.periodic = "\"both\""})),
+                  {"weave.periodic", "both", "true, false, \"warp\" or \"weft\""});
   expect_mentions(error_of(plain_cell({.more = "[solver]\npreconditioner = \"two_level\""})),
                   {"solver.preconditioner", "periodic"});
   expect_mentions(error_of(plain_cell({.more = "[[bundle]]\nname = \"b\"\nfiber_type = \"f\"\nfibers = 3\nelements = "

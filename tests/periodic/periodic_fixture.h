@@ -14,7 +14,9 @@ namespace trame::micro::test {
 /// apart, the warp above by `rise`. Nothing is separated: they touch as they are laid out.
 struct CellOptions {
   FiberModel model = FiberModel::enriched;
-  Index n_warp = 2, n_weft = 2, n_elements = 4;
+  Index n_warp = 2, n_weft = 2;
+  Index n_elements = 2;  ///< so long that what crosses touches at points alone
+
   double spacing = 1.95, rise = 1.95;
 };
 inline Scene cell_scene(const CellOptions& o) {
