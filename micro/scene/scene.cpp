@@ -387,6 +387,10 @@ class Proportions {
     const double most_force = most_loads * largest_modulus_ * largest_radius_ * largest_radius_;
     if (const auto pull = drive.find("force"); pull && !turns && std::abs(pull->quantity(force, any())) > most_force)
       pull->fail(fmt::format("must be at most {:g} N, {:g} E R² of the stiffest fiber", most_force, most_loads));
+    const double most_per_width = most_loads * largest_modulus_ * largest_radius_;
+    if (const auto pull = drive.find("force_per_width");
+        pull && std::abs(pull->quantity(force_per_length, any())) > most_per_width)
+      pull->fail(fmt::format("must be at most {:g} N/m, {:g} E R of the stiffest fiber", most_per_width, most_loads));
     const double most_moment = most_loads * largest_modulus_ * std::pow(largest_radius_, 3);
     if (const auto turn = drive.find("force"); turn && turns && std::abs(turn->quantity(moment, any())) > most_moment)
       turn->fail(fmt::format("must be at most {:g} N m, {:g} E R³ of the stiffest fiber", most_moment, most_loads));

@@ -47,7 +47,7 @@ TEST(PeriodicDerivatives, Anchors) {
 // Of beams the sections are alike: forces do not know how sections grow from element to element.
 TEST(PeriodicDerivatives, ContactAndFrictionWithImages) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
-    const Cell cell({.model = model});
+    const Cell cell({.model = model, .n_weft = 1});
     ContactLaw law;
     law.friction_coefficient = 0.4;
     Contact contact(cell.model->field, law, std::vector<double>(cell.assembly.mesh.n_fibers(), 1.0));
@@ -100,11 +100,16 @@ TEST(PeriodicForces, OfTwoByTwoRepeats) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
     const Cell one({.model = model}), four({.model = model, .n_warp = 4, .n_weft = 4, .n_elements = 4});
     const std::vector<double> force = one.gradient(one.state), of_four = four.gradient(four.state);
-    EXPECT_EQ(4 * one.model->contact->elements().size(), four.model->contact->elements().size());
-    double length = 0, of_four_length = 0;
-    for (const ContactElement& e : one.model->contact->elements()) length += e.length;
-    for (const ContactElement& e : four.model->contact->elements()) of_four_length += e.length;
-    EXPECT_NEAR(4 * length, of_four_length, 1e-9 * length);
+    // Beside a point of contact samples take part that do not touch, as arc lengths have it.
+    const auto touching = [](const Cell& cell) {
+      std::pair<int, double> sum{0, 0};  // number and length
+      for (const ContactElement& e : cell.model->contact->elements())
+        if (e.gap() < 0) sum = {sum.first + 1, sum.second + e.length};
+      return sum;
+    };
+    EXPECT_GE(touching(one).first, 8);
+    EXPECT_EQ(4 * touching(one).first, touching(four).first);
+    EXPECT_NEAR(4 * touching(one).second, touching(four).second, 1e-9);
     for (const Index period : one.assembly.period_bodies)
       for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(2 * force[6 * period + c], of_four[6 * period + c], 1e-10) << period << " " << c;
@@ -155,7 +160,7 @@ TEST(PeriodicForces, CrossingsAreSeenOnceAcrossSeams) {
   const auto count = [&](const State& at) {
     const std::vector<Proximity> found = find_proximities(field, at, search);
     return std::count_if(found.begin(), found.end(), [&](const Proximity& p) {
-      return cell.assembly.mesh.period(p.fiber_a()) != cell.assembly.mesh.period(p.fiber_b());
+      return p.point && cell.assembly.mesh.period(p.fiber_a()) != cell.assembly.mesh.period(p.fiber_b());
     });
   };
   EXPECT_EQ(count(cell.state), 4);
