@@ -95,6 +95,28 @@ TEST(PeriodicForces, NoPlaceIsLikeAnEnd) {
   }
 }
 
+double energy_of(const Cell& cell) {
+  double sum = 0;
+  for (const auto& effect : cell.model->effects) sum += effect->energy(cell.state);
+  return sum;
+}
+
+// Warp fibers with two ends touch each other across the seam of the weft.
+TEST(PeriodicForces, OfAStripOfTwoRepeats) {
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
+    const Cell one({.model = model, .is_strip = true}),
+        two({.model = model, .n_warp = 4, .weft_elements = 2, .is_strip = true});
+    const std::vector<double> force = one.gradient(one.state), of_two = two.gradient(two.state);
+    EXPECT_TRUE(std::any_of(one.model->contact->elements().begin(), one.model->contact->elements().end(),
+                            [](const ContactElement& e) { return e.pair.image()[1] != 0 && e.gap() < 0; }));
+    EXPECT_LT(one.assembly.period_bodies[0], 0);
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(force[6 * one.assembly.period_bodies[1] + c], of_two[6 * two.assembly.period_bodies[1] + c], 1e-10);
+    EXPECT_NEAR(2 * energy_of(one), energy_of(two), 1e-10);
+    EXPECT_GT(energy_of(one), 1e-5);
+  }
+}
+
 // A cell of two by two repeats has four times the contacts of one, and twice the force on each period.
 TEST(PeriodicForces, OfTwoByTwoRepeats) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
@@ -113,13 +135,8 @@ TEST(PeriodicForces, OfTwoByTwoRepeats) {
     for (const Index period : one.assembly.period_bodies)
       for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(2 * force[6 * period + c], of_four[6 * period + c], 1e-10) << period << " " << c;
-    const auto energy = [](const Cell& cell) {
-      double sum = 0;
-      for (const auto& effect : cell.model->effects) sum += effect->energy(cell.state);
-      return sum;
-    };
-    EXPECT_NEAR(4 * energy(one), energy(four), 1e-10);
-    EXPECT_GT(energy(one), 1e-5);
+    EXPECT_NEAR(4 * energy_of(one), energy_of(four), 1e-10);
+    EXPECT_GT(energy_of(one), 1e-5);
   }
 }
 

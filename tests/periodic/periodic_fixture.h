@@ -15,8 +15,9 @@ namespace trame::micro::test {
 struct CellOptions {
   FiberModel model = FiberModel::enriched;
   Index n_warp = 2, n_weft = 2;
-  Index n_elements = 2;  ///< so long that what crosses touches at points alone
-
+  Index n_elements = 2;   ///< so long that what crosses touches at points alone
+  int weft_elements = 1;  ///< times that, of the weft
+  bool is_strip = false;  ///< the warp has two ends
   double spacing = 1.95, rise = 1.95;
 };
 inline Scene cell_scene(const CellOptions& o) {
@@ -25,18 +26,19 @@ inline Scene cell_scene(const CellOptions& o) {
   scene.materials = {isotropic(1, 0.25)};
   scene.fiber_types = {{"f", 0, 1.0, o.model}};
   Weave weave;
-  const auto system = [&](Index n, double spacing, double crossing_spacing) {
+  const auto system = [](Index n, Index n_elements, double spacing, double crossing_spacing) {
     YarnSystem yarns;
     yarns.kinds = {{.type = 0, .n_fibers = 1}};
     yarns.n_yarns = n;
-    yarns.n_elements = o.n_elements;
+    yarns.n_elements = n_elements;
     yarns.yarn_spacing = spacing;
     yarns.margin = 0.5 * crossing_spacing;
     yarns.periodic = true;
     return yarns;
   };
-  weave.warp = system(o.n_warp, o.spacing, 5);
-  weave.weft = system(o.n_weft, 5, o.spacing);
+  weave.warp = system(o.n_warp, o.n_elements, o.spacing, 5);
+  weave.weft = system(o.n_weft, o.weft_elements * o.n_elements, 5, o.spacing);
+  weave.warp.periodic = !o.is_strip;
   weave.warp_above.assign(o.n_weft, std::vector<bool>(o.n_warp, true));
   scene.weave = weave;
   scene.contact.friction_coefficient = 0.4;
@@ -52,7 +54,7 @@ inline Assembly lifted(const Scene& scene, double rise) {
   Assembly assembly = assemble_scene(scene);
   const FiberMesh& mesh = assembly.mesh;
   for (Index f = 0; f < mesh.n_fibers(); ++f)
-    if (mesh.period(f) == 0)
+    if (mesh.yarns[mesh.yarn_of_fiber[f]].family == YarnFamily::warp)
       for (Index n = mesh.first_node[f]; n < mesh.first_node[f + 1]; ++n) assembly.configuration.r[n].z() += rise;
   return assembly;
 }
