@@ -78,7 +78,7 @@ TEST(Direction, ExpandsIntoDofs) {
 TEST(Direction, ThatIsNoneIsRefusedWithItsPlace) {
   const auto error = [](const std::string& drive) { return input_error([&] { (void)scene_of(drive); }); };
   expect_mentions(error("along = [0, 0, 0]\ndisplacement = \"1 um\""), {"along", "must not be zero"});
-  expect_mentions(error("along = [1, 0, 0]\nstrain = 0.1"), {"along", "strain and follow must have a dof"});
+  expect_mentions(error("along = [1, 0, 0]\nstrain = 0.1"), {"along", "strain, force_per_width and follow must have a dof"});
   expect_mentions(error("displacement = \"1 um\""), {"exactly one of \"dof\", \"along\" and \"about\""});
   expect_mentions(error("dof = \"x\"\nabout = [1, 0, 0]\ndisplacement = \"1 um\""), {"exactly one of"});
   expect_mentions(error("about = [1, 0, 0]\ndisplacement = \"1 um\""), {"displacement", "an angle"});
