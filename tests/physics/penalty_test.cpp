@@ -126,9 +126,9 @@ TEST(Penalty, APairThatMeetsAmongLoadedOnesStartsWithTheirStiffness) {
   FiberOnFiber fibers(1.9);
   Contact contact(*fibers.field, ContactLaw{}, {1, 1});
   // Two touching samples, 3 and 5 of arc length from where nothing is known; one far off that does not touch.
-  contact.set_history({{0, 1, 10, 10, Vec3::UnitZ(), -1, 4, true},
-                       {0, 1, 14, 14, Vec3::UnitZ(), -1, 9, true},
-                       {0, 1, 30, 30, Vec3::UnitZ(), -1, 100, false}});
+  contact.set_history({{0, 1, {}, 10, 10, Vec3::UnitZ(), -1, 4, true},
+                       {0, 1, {}, 14, 14, Vec3::UnitZ(), -1, 9, true},
+                       {0, 1, {}, 30, 30, Vec3::UnitZ(), -1, 100, false}});
   contact.begin_step(fibers.state, 1);
   contact.update(fibers.state);
   for (const ContactElement& e : contact.elements()) {
