@@ -354,15 +354,23 @@ Index most_elements_of_a_fiber(const Scene& scene) {
   return most;
 }
 
+/// From two scenes that are `excess` times smaller than what is looked at within seconds, and more; by `estimate` where
+/// there is no need, or they cannot be made smaller.
+template <typename Smaller, typename Size, typename Estimate>
+CostEstimate from_smaller(const Scene& scene, double excess, const Smaller& smaller, const Size& size,
+                          const Estimate& estimate) {
+  if (excess <= 1) return estimate(scene);
+  const Scene large = smaller(scene, 0.5 / excess), small = smaller(scene, 0.25 / excess);
+  const double n_large = size(large), n_small = size(small);
+  if (n_small >= n_large) return estimate(scene);
+  return extrapolated(estimate(small), n_small, estimate(large), n_large, size(scene));
+}
+
 /// From scenes with fewer fibers where there are many, with the same elements.
 CostEstimate estimate_by_fibers(const Scene& scene) {
   constexpr double most_pairs = 2e5, most_fibers = 3000;  // what is looked at within seconds
-  const double n = n_fibers(scene), excess = std::max(std::sqrt(n_crossing_pairs(scene) / most_pairs), n / most_fibers);
-  if (excess <= 1) return cost_of(scene);
-  const Scene large = thinned(scene, 0.5 / excess), small = thinned(scene, 0.25 / excess);
-  const double n_large = n_fibers(large), n_small = n_fibers(small);
-  if (n_small >= n_large) return cost_of(scene);
-  return extrapolated(cost_of(small), n_small, cost_of(large), n_large, n);
+  const double excess = std::max(std::sqrt(n_crossing_pairs(scene) / most_pairs), n_fibers(scene) / most_fibers);
+  return from_smaller(scene, excess, thinned, n_fibers, cost_of);
 }
 
 }  // namespace
@@ -371,11 +379,7 @@ CostEstimate estimate_cost(const Scene& scene) {
   constexpr double most_elements = 60'000, most_of_a_fiber = 400;  // what is looked at within seconds
   const double most = most_elements_of_a_fiber(scene),
                excess = std::max(most / most_of_a_fiber, std::min(n_fibers(scene), 1500.0) * most / most_elements);
-  if (excess <= 1) return estimate_by_fibers(scene);
-  const Scene large = coarsened(scene, 0.5 / excess), small = coarsened(scene, 0.25 / excess);
-  const double n_large = most_elements_of_a_fiber(large), n_small = most_elements_of_a_fiber(small);
-  if (n_small >= n_large) return estimate_by_fibers(scene);
-  return extrapolated(estimate_by_fibers(small), n_small, estimate_by_fibers(large), n_large, most);
+  return from_smaller(scene, excess, coarsened, most_elements_of_a_fiber, estimate_by_fibers);
 }
 
 }  // namespace trame::micro

@@ -149,11 +149,9 @@ const ContactHistory* Contact::find_history(const Proximity& place) const {
   return nearest_to<ContactHistory>(
       field_, place, reach, [&](const Proximity& p, const ContactHistory*& best, double& best_distance) {
         const auto pair = std::make_tuple(p.fiber_a(), p.fiber_b(), p.image());
-        auto h =
-            std::lower_bound(history_.begin(), history_.end(), std::make_tuple(pair, p.s_a() - reach),
-                             [&](const ContactHistory& c, const auto& k) {
-                               return key(c) < std::get<0>(k) || (key(c) == std::get<0>(k) && c.s_a < std::get<1>(k));
-                             });
+        auto h = std::lower_bound(
+            history_.begin(), history_.end(), std::make_tuple(p.fiber_a(), p.fiber_b(), p.image(), p.s_a() - reach),
+            [](const ContactHistory& c, const auto& k) { return std::tie(c.fiber_a, c.fiber_b, c.image, c.s_a) < k; });
         for (; h != history_.end() && key(*h) == pair && h->s_a <= p.s_a() + reach; ++h) {
           double distance = 0.5 * (std::abs(h->s_a - p.s_a()) + std::abs(h->s_b - p.s_b()));
           if (h->point != p.point) distance = 0.5 * (distance + reach);

@@ -124,17 +124,23 @@ void measure_at_feet(const FiberField& field, const State& state, ContactElement
   e.s_b = e.pair.chord.b.s;
 }
 
-/// Brings the feet to where the gap is lowest, and measures there. By Newton's method on what leans on the chord, as
-/// sections tilt against it when a foot moves.
-void find_feet(const FiberField& field, const State& state, ContactElement& e) {
+}  // namespace
+
+void measure(const FiberField& field, const State& state, ContactElement& e) {
+  measure_at_feet(field, state, e);
+  e.measured.sliding = sliding(e.measured, e.pair);
+}
+
+/// The feet go to where the gap is lowest by Newton's method on what leans on the chord, as sections tilt against it
+/// when a foot moves.
+void follow(const FiberField& field, const State& state, ContactElement& e) {
   constexpr int most_rounds = 20;
   constexpr double settled = 1e-9;
   for (int round = 0; round < most_rounds; ++round) {
     follow(field, state, e.pair);
-    measure_at_feet(field, state, e);
+    measure(field, state, e);
     const Gap& g = e.measured;
     const Chord& chord = e.pair.chord;
-    e.measured.sliding = sliding(g, e.pair);
     Vec2 rest = Vec2::Zero();  // of what feet that are free feel, by free directions
     for (int i = 0; i < chord.n_free; ++i) rest[i] = chord.free[i].dot(g.lean - e.pair.lean);
     if (rest.norm() <= settled * chord.c.norm()) return;
@@ -145,15 +151,6 @@ void find_feet(const FiberField& field, const State& state, ContactElement& e) {
     e.pair.lean += chord.hessian() * motion + e.pair.hold.stiffness * along * along.dot(motion);
   }
 }
-
-}  // namespace
-
-void measure(const FiberField& field, const State& state, ContactElement& e) {
-  measure_at_feet(field, state, e);
-  e.measured.sliding = sliding(e.measured, e.pair);
-}
-
-void follow(const FiberField& field, const State& state, ContactElement& e) { find_feet(field, state, e); }
 
 void place_particles(const FiberField& field, ContactElement& e) {
   const Foot &a = e.pair.chord.a, &b = e.pair.chord.b;

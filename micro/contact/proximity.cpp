@@ -408,7 +408,7 @@ bool is_nearest_around(const Near* begin, const Near* end, const Near& n) {
   const auto key = [](const Near& m) { return std::make_pair(m.a->number, m.b->number); };
   for (Index i = n.a->number - 1; i <= n.a->number + 1; ++i) {
     const auto first = std::make_pair(i, n.b->number - 1), last = std::make_pair(i, n.b->number + 1);
-    for (auto m = std::lower_bound(begin, end, first, [&](const Near&x, const auto&k) { return key(x) < k; });
+    for (auto m = std::lower_bound(begin, end, first, [&](const Near& x, const auto& k) { return key(x) < k; });
          m != end && key(*m) <= last; ++m)
       if (m->distance < n.distance) return false;
   }

@@ -39,9 +39,7 @@ const BundleSpec* find_bundle(const Scene& scene, const std::string& name) {
 /// A stage under construction, all of whose drives go the same way.
 class StageBuilder {
  public:
-  StageBuilder(const NamedTest& test, const Scene& scene) {
-    for (const auto& [family, is_warp] : {std::pair{"warp", true}, {"weft", false}})
-      if (scene.weave && (is_warp ? scene.weave->warp : scene.weave->weft).periodic) periodic_.emplace_back(family);
+  StageBuilder(const NamedTest& test, const Scene& scene) : weave_(scene.weave ? &*scene.weave : nullptr) {
     stage_.name = kind_names[static_cast<std::size_t>(test.kind)];
     const Index n_ways = std::max(1, 2 * test.n_cycles);
     stage_.n_increments = n_ways * test.n_increments;
@@ -58,7 +56,7 @@ class StageBuilder {
     for (const BodyDof dof : dofs) stage_.drives.push_back({bodies, dof, DriveMode::force, 0, "", {}});
   }
   [[nodiscard]] bool is_periodic(const std::string& family) const {
-    return std::find(periodic_.begin(), periodic_.end(), family) != periodic_.end();
+    return weave_ && (family == "warp" ? weave_->warp : weave_->weft).periodic;
   }
   /// Ends of a family follow the sides that are strained along it; a period is strained itself.
   void strain_sides(const std::string& family, double value) {
@@ -78,7 +76,7 @@ class StageBuilder {
  private:
   Stage stage_;
   Amplitude amplitude_;
-  Names periodic_;  // families
+  const Weave* weave_;  // nullptr: there is none
 };
 
 /// Fails for keys that the kind of test does not know, and for those that it lacks.

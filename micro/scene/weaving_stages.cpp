@@ -24,12 +24,6 @@ double axial_stiffness(const Scene& scene, const YarnSystem& yarns) {
   return least;
 }
 
-double height(const Scene& scene, const YarnSystem& yarns) {
-  double most = 0;
-  for (const YarnKind& kind : yarns.kinds) most = std::max(most, yarn_height(kind, radius_of(scene, kind)));
-  return most;
-}
-
 /// To two digits, so that a person can read it and write it.
 double rounded(double x) {
   const double unit = std::pow(10, std::floor(std::log10(x)) - 1);
@@ -69,7 +63,7 @@ std::vector<Stage> weaving_stages(const Scene& scene) {
   double radius = std::numeric_limits<double>::infinity();
   for (const YarnSystem* yarns : {&weave.warp, &weave.weft})
     for (const YarnKind& kind : yarns->kinds) radius = std::min(radius, radius_of(scene, kind));
-  const double rise = 0.5 * (height(scene, weave.warp) + height(scene, weave.weft)) + 2 * radius;
+  const double rise = 0.5 * (system_height(scene, weave.warp) + system_height(scene, weave.weft)) + 2 * radius;
   const double warp = rounded(pull_share * axial_stiffness(scene, weave.warp)),
                weft = rounded(pull_share * axial_stiffness(scene, weave.weft));
   const double damping = weaving_damping(weave);

@@ -163,6 +163,13 @@ double yarn_height(const YarnKind& kind, double radius) {
   return high - low + 2 * radius;
 }
 
+double system_height(const Scene& scene, const YarnSystem& yarns) {
+  double most = 0;
+  for (const YarnKind& kind : yarns.kinds)
+    most = std::max(most, yarn_height(kind, scene.fiber_types[kind.type].radius));
+  return most;
+}
+
 double least_yarn_spacing(const YarnKind& a, double radius_a, const YarnKind& b, double radius_b) {
   if (!is_plain(a) || !is_plain(b)) return half_extent(a, radius_a)[0] + half_extent(b, radius_b)[0];
   const auto by_height = [](const Vec2& p, const Vec2& q) { return p[1] < q[1]; };

@@ -26,6 +26,9 @@ namespace trame::micro {
 /// Height of a flat yarn of the kind, fibers included; twisted yarns are as high as they are wide.
 [[nodiscard]] double yarn_height(const YarnKind& kind, double radius);
 
+/// Height of the highest yarn of a system.
+[[nodiscard]] double system_height(const Scene& scene, const YarnSystem& yarns);
+
 /// Least distance of the axes of two yarns at which none of their fibers overlap, the first one at smaller coordinates.
 [[nodiscard]] double least_yarn_spacing(const YarnKind& a, double radius_a, const YarnKind& b, double radius_b);
 

@@ -167,14 +167,6 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
   add_body(assembly, "side/" + family + "/end", place(half_length, 0, 0));
 }
 
-/// Height of the highest yarn of a system.
-double flat_height(const Scene& scene, const YarnSystem& system) {
-  double most = 0;
-  for (const YarnKind& kind : system.kinds)
-    most = std::max(most, yarn_height(kind, scene.fiber_types[kind.type].radius));
-  return most;
-}
-
 void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
   const Index first_yarn = static_cast<Index>(assembly.mesh.yarns.size());
   const auto half_length = [](const YarnSystem& yarns, const YarnSystem& crossing) {
@@ -187,7 +179,7 @@ void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
     for (Index j = 0; j < weave.warp.n_yarns; ++j)
       assembly.crossings.push_back({first_yarn + j, first_yarn + weave.warp.n_yarns + i, weave.warp_above[i][j]});
   if (!weave.is_periodic()) assembly.mesh.period_of_fiber.clear();
-  assembly.flat_height = 0.5 * (flat_height(scene, weave.warp) + flat_height(scene, weave.weft));
+  assembly.flat_height = 0.5 * (system_height(scene, weave.warp) + system_height(scene, weave.weft));
 }
 
 void append_bodies(Assembly& assembly, const Scene& scene) {

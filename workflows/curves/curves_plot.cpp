@@ -47,7 +47,7 @@ std::vector<Curve> curves_on(const Axes& axes, const std::vector<Curve>& curves,
   for (const Curve& curve : curves)
     if (axes_of(curve).motion == axes.motion && !branches_of(curve).empty())
       found.emplace_back(largest_work(curve), &curve);
-  const bool are_sides = !found.empty() && found.front().second->motion_unit == "1";  // warp, then weft
+  const bool are_sides = !found.empty() && found.front().second->is_of_sides();  // warp, then weft
   if (!are_sides)
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Curve> chosen;
