@@ -281,8 +281,8 @@ void suggest_samples(const FiberField& field, const ProximitySearch& search, con
   for (std::size_t i = first; i < candidates.size(); ++i) {
     const std::int64_t number = candidates[i].k, rest = number % n_in_period;
     candidates[i].k = rest + (rest < 0 ? n_in_period : 0);
-    const Vec2 back =
-        whole_periods(field, a.fiber, b.fiber, static_cast<double>((number - candidates[i].k) / n_in_period));
+    const std::int64_t n_periods = (number - candidates[i].k) / n_in_period;  // leaves no rest
+    const Vec2 back = whole_periods(field, a.fiber, b.fiber, static_cast<double>(n_periods));
     candidates[i].u -= 0.5 * (back[0] - back[1]);
   }
 }
