@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <string>
+#include <system_error>
 
 #include "micro/core/error.h"
 
@@ -45,7 +47,16 @@ void allow_seconds(unsigned seconds) {
   alarm(wall_factor * seconds);
 }
 
-void probe(const std::string& name, const std::function<void()>& read, unsigned seconds) {
+unsigned seconds_to_read(const std::filesystem::path& file) {
+  constexpr unsigned least = 15, longest = 3600;
+  constexpr double bytes_a_second = 5e6;
+  std::error_code none;
+  const double bytes = static_cast<double>(std::filesystem::file_size(file, none));
+  return least + (none ? 0 : static_cast<unsigned>(std::min<double>(longest, bytes / bytes_a_second)));
+}
+
+void probe(const std::filesystem::path& file, const std::function<void()>& read, unsigned seconds) {
+  const std::string name = file.string();
   const pid_t child = fork();
   if (child < 0) return;  // no process to be had: then without the guard
   if (child == 0) read_and_exit(read, seconds);

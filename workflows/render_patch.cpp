@@ -110,7 +110,7 @@ void run(const Arguments& arguments) {
   if (arguments.pictures.empty() && arguments.out.empty()) throw InputError("--out: a picture to write is required");
   if (arguments.pictures.empty()) check_out("--out", arguments.out);
   for (const auto& picture : arguments.pictures) check_out("--picture", std::get<3>(picture));
-  probe(arguments.states.string(), [&] {
+  probe(arguments.states, [&] {
     const SnapshotReader states(arguments.states);
     for (const Task& task : tasks_of(arguments, states)) (void)states.read_fibers(task.increment);
   });

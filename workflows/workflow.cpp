@@ -164,7 +164,7 @@ Beginning beginning_of(const Task& task, const Options& options) {
         fmt::format("--start-from {}: the results would be written over it; choose another --out", options.start_from));
   const std::filesystem::path read = run.resume ? run.states : run.start_from;
   if (read.empty() || !std::filesystem::exists(read)) return beginning;
-  probe(read.string(), [&] { (void)micro::check_start(task.scene, run); });
+  probe(read, [&] { (void)micro::check_start(task.scene, run); });
   beginning.at = micro::check_start(task.scene, run);
   return beginning;
 }

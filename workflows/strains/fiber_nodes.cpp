@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -107,7 +108,7 @@ std::string bare_word(const std::string& name) {
     if (std::isalnum(c) != 0) letters += static_cast<char>(std::tolower(c));
   for (const char* ending : {"id", "index", "name", "label", "number"})
     if (letters.ends_with(ending) && letters.size() > std::strlen(ending)) {
-      letters.resize(letters.size() - std::strlen(ending));
+      letters.erase(letters.size() - std::strlen(ending));
       break;
     }
   return letters;
@@ -267,13 +268,10 @@ std::unique_ptr<meso::FiberStates> open_states(const std::vector<std::filesystem
 
 namespace {
 
-constexpr unsigned seconds_a_state = 60;
-
-/// Reads one of several files alone, so that it is the one that is named.
-void probe_alone(const std::filesystem::path& file) {
+/// Reads `file` in a process of its own.
+void probe_file(const std::filesystem::path& file, const std::function<void()>& read) {
   try {
-    probe(
-        file.string(), [&] { (void)open_states({file})->read(0); }, seconds_a_state);
+    probe(file, read);
   } catch (const InputError& error) {
     if (!ends_in(file, {".vtp"})) throw;
     throw InputError(fmt::format("{}; VTK crashes over arrays that have not one value a cell or point", error.what()));
@@ -283,18 +281,20 @@ void probe_alone(const std::filesystem::path& file) {
 }  // namespace
 
 void probe_states(const std::vector<std::filesystem::path>& files, const StateChoice& which) {
-  const auto read_all = [&] {
-    const auto states = open_states(files);
-    (void)states->read(0);
-    for (const Index i : which(*states)) {
-      allow_seconds(seconds_a_state);
-      (void)states->read(i);
-    }
-  };
+  if (files.empty()) return;
   try {
-    probe(files.empty() ? "" : files[0].string(), read_all, seconds_a_state);
+    probe_file(files[0], [&] {
+      const auto states = open_states(files);
+      (void)states->read(0);
+      for (const Index i : which(*states)) {
+        allow_seconds(seconds_to_read(files[files.size() == 1 ? 0 : i]));
+        (void)states->read(i);
+      }
+    });
   } catch (const InputError&) {
-    for (const std::filesystem::path& file : files) probe_alone(file);
+    if (files.size() == 1) throw;
+    // Each alone, so that it is the bad one that is named.
+    for (const std::filesystem::path& file : files) probe_file(file, [&] { (void)open_states({file})->read(0); });
     throw;
   }
 }

@@ -708,4 +708,13 @@ TEST(Probe, LeavesErrorsToTheReadingItself) {
 }
 
 }  // namespace
+TEST(Probe, AllowsLargeFilesMoreTime) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "large.h5").close();
+  const unsigned small = seconds_to_read(folder / "large.h5");
+  std::filesystem::resize_file(folder / "large.h5", 500'000'000);
+  EXPECT_EQ(seconds_to_read(folder / "large.h5"), small + 100);
+  EXPECT_EQ(seconds_to_read(folder / "missing.h5"), small);
+}
+
 }  // namespace trame::workflows
