@@ -14,7 +14,7 @@ namespace trame::micro {
 /// Where energy comes from that the potential of a step does not hold. Negative where it goes there.
 enum class Source : std::size_t {
   bodies,           ///< external forces on the motion of bodies
-  separation,       ///< the rise of the imposed distance of yarns
+  separation,       ///< guides that lift yarns over each other
   contacts,         ///< contacts that came and went, or were moved to other particles, at searches
   preloads,         ///< preloads and penalties that were raised, adapted, or dropped
   gap_offsets,      ///< initial overlaps, from which gaps are counted, and which are then pushed out

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace trame::micro {
 
@@ -64,8 +63,7 @@ std::optional<double> smallest_separation(const FiberField& field, const State& 
 CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth,
                              double penalty, double p_reg, std::optional<double> target_penetration)
     : field_(field), crossings_(std::move(crossings)), penalty_scale_(crossings_.size(), 1.0),
-      start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg), target_penetration_(target_penetration),
-      depth_n_(start_depth) {}
+      start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg), target_penetration_(target_penetration) {}
 
 void CrossingOrder::begin_step(const State& start, double stage_time) {
   start_ = start;
@@ -155,46 +153,29 @@ double CrossingOrder::energy(const State& state) const {
   return sum;
 }
 
-Ledger CrossingOrder::ledger(const State& state) const {
-  Ledger ledger = booked_;
-  ledger.stored = energy(state);
+/// A guide that lifts fibers stores nothing; what it does, comes from outside.
+Ledger CrossingOrder::ledger(const State&) const {
+  Ledger ledger;
+  ledger[Source::separation] = work_n_;
   return ledger;
 }
 
-/// Nothing where plan views do not cross: its feet mean nothing there.
-ContactAt CrossingOrder::at(const Element& element, const State& state) const {
-  Element e = element;
-  if (!follow(state, e)) return {};
-  return {penalty_force(e.gap, e.penalty, p_reg_), penalty_energy(e.gap, e.penalty, p_reg_)};
-}
-
-/// The rise of d is booked for all at once, so that here all have that of this step.
-void CrossingOrder::book_changes(const State& state) {
-  std::map<std::pair<Index, Index>, const Element*> before;
-  for (const Element& e : *elements_n_) before[{e.a.fiber, e.b.fiber}] = &e;
-  for (const Element& e : elements_) {
-    const auto known = before.find({e.a.fiber, e.b.fiber});
-    if (known == before.end()) {
-      booked_[Source::contacts] += energy_brought(at(e, start_), at(e, state));
-      continue;
-    }
-    const Element& same = *known->second;
-    const double force = penalty_force(same.gap, same.penalty, p_reg_), force_now = at(e, state).force;
-    booked_[Source::preloads] +=
-        work_of_new_law(0.5 * (force + force_now), {same.penalty, 0, p_reg_}, {e.penalty, 0, p_reg_});
-    before.erase(known);
+/// Of the forces of `elements`, on the material points on which they act, on the way from the last accepted state to
+/// `state`.
+double CrossingOrder::work(const std::vector<Element>& elements, const State& state) const {
+  double sum = 0;
+  for (const Element& e : elements) {
+    const auto rise = [&](const Foot& foot) {
+      return field_.curve(state, foot.fiber, foot.s).r.z() - field_.curve(start_, foot.fiber, foot.s).r.z();
+    };
+    sum += penalty_force(e.gap, e.penalty, p_reg_) * (rise(e.a) - rise(e.b));
   }
-  for (const auto& [fibers, e] : before) booked_[Source::contacts] -= energy_brought(at(*e, start_), at(*e, state));
+  return sum;
 }
 
 void CrossingOrder::commit(const State& state) {
-  book_changes(state);
+  work_n_ += 0.5 * (work(*elements_n_, state) + work(elements_, state));
   elements_n_ = elements_;
-  double force = 0;
-  for (const Element& e : elements_) force += e.reach * penalty_force(e.gap, e.penalty, p_reg_);
-  booked_[Source::separation] += 0.5 * (force_n_ + force) * (depth_ - depth_n_);
-  depth_n_ = depth_;
-  force_n_ = force;
   if (!target_penetration_) return;
   for (std::size_t i = 0; i < crossings_.size(); ++i) {
     double penetration = 0;
@@ -205,7 +186,7 @@ void CrossingOrder::commit(const State& state) {
 }
 
 void CrossingOrder::keep(Archive& archive) {
-  archive(penalty_scale_, depth_n_, force_n_, elements_n_, booked_);
+  archive(penalty_scale_, work_n_, elements_n_);
   archive.require(penalty_scale_.size() == crossings_.size(), "crossings of another weave");
   for (const Element& e : elements_n_.value_or(std::vector<Element>()))
     archive.require(e.a.is_on(field_.mesh()) && e.b.is_on(field_.mesh()), "a crossing that cannot be");

@@ -53,9 +53,7 @@ class CrossingOrder final : public Effect {
  private:
   /// Slides the feet to where the plan views cross. Returns whether they do; where they do not, the feet stay.
   bool follow(const State& state, Element& element) const;
-  [[nodiscard]] ContactAt at(const Element& element, const State& state) const;
-  /// Books what became of the elements of the last accepted state on the way to `state`.
-  void book_changes(const State& state);
+  [[nodiscard]] double work(const std::vector<Element>& elements, const State& state) const;
 
   const FiberField& field_;
   std::vector<YarnCrossing> crossings_;
@@ -63,10 +61,9 @@ class CrossingOrder final : public Effect {
   double start_depth_, penalty_, p_reg_;
   std::optional<double> target_penetration_;
   double depth_ = 0;                                // d / (R_a + R_b) of this step
-  double depth_n_, force_n_ = 0;                    // of the last accepted step; the force works on d / (R_a + R_b)
+  double work_n_ = 0;                               // on fibers, up to the last accepted step
   State start_;                                     // of the step
   std::optional<std::vector<Element>> elements_n_;  // of the last accepted step; before it, of the first search
-  Ledger booked_;                                   // of accepted steps; stores nothing
   std::vector<Element> elements_;                   // crossing by crossing
   std::vector<std::size_t> element_start_;
 };
