@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "micro/core/error.h"
+#include "micro/core/text.h"
 
 namespace trame {
 
@@ -95,12 +96,6 @@ std::string with_plain_signs(std::string_view text) {
     text.remove_prefix(found ? sign->first.size() : 1);
   }
   return plain;
-}
-
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blank = " \t";
-  const auto first = text.find_first_not_of(blank);
-  return first == text.npos ? std::string_view() : text.substr(first, text.find_last_not_of(blank) - first + 1);
 }
 
 /// A number of the start of `text`, and what follows it.

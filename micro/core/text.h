@@ -12,6 +12,13 @@
 
 namespace trame {
 
+/// `text` without blanks and tabs at its ends.
+[[nodiscard]] constexpr std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blank = " \t";
+  const auto first = text.find_first_not_of(blank);
+  return first == text.npos ? std::string_view() : text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
 /// Names stand in state files, tables and pictures, so they are bounded; so are texts of one line.
 inline constexpr std::size_t max_name_bytes = 128, max_text_bytes = 1000;
 

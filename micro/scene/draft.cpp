@@ -22,12 +22,6 @@ constexpr Index most_yarns = 100'000, most_shafts = 100'000;
 constexpr std::size_t most_shafts_of_a_yarn = 16, most_lifts = 20'000'000;
 constexpr std::size_t most_bytes = 16'000'000;
 
-std::string_view trimmed(std::string_view text) {
-  constexpr std::string_view blank = " \t";
-  const auto first = text.find_first_not_of(blank);
-  return first == text.npos ? std::string_view() : text.substr(first, text.find_last_not_of(blank) - first + 1);
-}
-
 std::string lower(std::string_view text) {
   std::string copy(text);
   for (char& c : copy) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
