@@ -235,6 +235,7 @@ std::vector<std::vector<Index>> read_lifts(const Wif& wif) {
         "has neither [LIFTPLAN] nor [TREADLING] that tells the shafts of its weft yarns; must be a draft in WIF, "
         "version 1.1");
   std::vector<std::vector<Index>> lifts;
+  lifts.reserve(picks.size());
   for (const Members& pick : picks) lifts.push_back(pick.members);
   return lifts;
 }

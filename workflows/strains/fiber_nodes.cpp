@@ -154,6 +154,7 @@ namespace {
 /// Which fibers of a yarn run against most of the others. `ends`: start and end of each.
 std::vector<char> against_the_others(const std::vector<std::pair<Vec3, Vec3>>& ends) {
   std::vector<char> against;
+  against.reserve(ends.size());
   const auto& [start, end] = ends.front();
   for (const auto& [a, b] : ends)
     against.push_back((a - start).norm() + (b - end).norm() > (b - start).norm() + (a - end).norm() ? 1 : 0);
