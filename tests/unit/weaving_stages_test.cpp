@@ -47,8 +47,7 @@ TEST(WeavingStages, AreChosenWhereThereAreNone) {
   // Half of 1 + 1.05 √3 diameters and of one, and a diameter, by thirds of a radius.
   EXPECT_EQ(separate.n_increments, 18);
   EXPECT_EQ(separate.fiber_model, FiberModel::rod);
-  EXPECT_EQ(separate.proximal_end, 0.1);
-  EXPECT_EQ(relax.proximal_start, 0.03);
+  EXPECT_EQ(separate.proximal_end, 1e-2);
   EXPECT_EQ(relax.fiber_model, FiberModel::rod);
   EXPECT_TRUE(relax.friction);
   EXPECT_EQ(relax.proximal_end, 0);
