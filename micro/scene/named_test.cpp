@@ -10,7 +10,6 @@
 
 #include "micro/scene/stages.h"
 #include "micro/scene/weave.h"
-#include "micro/scene/weaving_stages.h"
 
 namespace trame::micro {
 
@@ -168,12 +167,13 @@ void uniaxial(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
 /// begins when they have come to rest.
 Stage release_stage(const NamedTest& test, const Scene& scene) {
   constexpr Index n_increments = 10;
+  constexpr double damping = 1e-3;
   StageBuilder builder(test, scene);
   release_ends(test, scene, builder);
   Stage stage = builder.stage();
   stage.name = "release";
   stage.n_increments = n_increments;
-  stage.proximal_start = weaving_damping(*scene.weave);
+  stage.proximal_start = damping;
   return stage;
 }
 

@@ -48,16 +48,8 @@ std::vector<Drive> pulls(const Weave& weave, double warp, double weft) {
 
 }  // namespace
 
-double weaving_damping(const Weave& weave) {
-  constexpr Index few_fibers = 12;
-  Index most_fibers = 0;
-  for (const YarnSystem* yarns : {&weave.warp, &weave.weft})
-    for (const YarnKind& kind : yarns->kinds) most_fibers = std::max(most_fibers, kind.n_fibers);
-  return most_fibers > few_fibers ? 1e-2 : 1e-3;
-}
-
 std::vector<Stage> weaving_stages(const Scene& scene) {
-  constexpr double radii_an_increment = 1.0 / 3, pull_share = 5e-5, later_share = 0.1;
+  constexpr double radii_an_increment = 1.0 / 3, pull_share = 5e-5, later_share = 0.1, damping = 1e-2;
   constexpr Index least_increments = 12, most_increments = 100;
   const Weave& weave = *scene.weave;
   double radius = std::numeric_limits<double>::infinity();
@@ -66,7 +58,6 @@ std::vector<Stage> weaving_stages(const Scene& scene) {
   const double rise = 0.5 * (system_height(scene, weave.warp) + system_height(scene, weave.weft)) + 2 * radius;
   const double warp = rounded(pull_share * axial_stiffness(scene, weave.warp)),
                weft = rounded(pull_share * axial_stiffness(scene, weave.weft));
-  const double damping = weaving_damping(weave);
 
   Stage separate;
   separate.name = "separate";
