@@ -165,10 +165,12 @@ Ledger CrossingOrder::ledger(const State&) const {
 double CrossingOrder::work(const std::vector<Element>& elements, const State& state) const {
   double sum = 0;
   for (const Element& e : elements) {
+    const double force = penalty_force(e.gap, e.penalty, p_reg_);
+    if (force <= 0) continue;
     const auto rise = [&](const Foot& foot) {
       return field_.curve(state, foot.fiber, foot.s).r.z() - field_.curve(start_, foot.fiber, foot.s).r.z();
     };
-    sum += penalty_force(e.gap, e.penalty, p_reg_) * (rise(e.a) - rise(e.b));
+    sum += force * (rise(e.a) - rise(e.b));
   }
   return sum;
 }

@@ -707,7 +707,6 @@ TEST(Probe, LeavesErrorsToTheReadingItself) {
   EXPECT_EQ(input_error([] { probe("a.h5", [] {}); }), "");
 }
 
-}  // namespace
 TEST(Probe, AllowsLargeFilesMoreTime) {
   const TemporaryFolder folder;
   std::ofstream(folder / "large.h5").close();
@@ -717,4 +716,5 @@ TEST(Probe, AllowsLargeFilesMoreTime) {
   EXPECT_EQ(seconds_to_read(folder / "missing.h5"), small);
 }
 
+}  // namespace
 }  // namespace trame::workflows
