@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -350,14 +351,17 @@ bool Contact::follow(const State& state, Follow what) {
     e.pair.lean = e.lean_at_iteration;
     micro::follow(field_, state, e);
   }
-  if (what == Follow::trial) return false;
+  if (law_.friction && (what == Follow::renewal || what == Follow::renewed_trial)) {
+#pragma omp parallel for schedule(static)
+    for (std::size_t i = 0; i < elements_.size(); ++i) stick_slip_[i] = make_stick_slip(elements_[i], known_[i]);
+  }
+  if (what == Follow::trial || what == Follow::renewed_trial) return false;
 #pragma omp parallel for schedule(static) reduction(|| : grown)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     ContactElement& e = elements_[i];
     e.feet_at_iteration = {e.pair.chord.a, e.pair.chord.b};
     e.lean_at_iteration = e.pair.lean;
     grown = e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b) || grown;
-    if (law_.friction && what == Follow::renewal) stick_slip_[i] = make_stick_slip(e, known_[i]);
   }
   return grown;
 }
@@ -408,6 +412,19 @@ void Contact::add(const State& state, Assembler& assembler) const {
     add_contact_element(field_, elements_[i], regularisation(elements_[i]), assembler);
     if (law_.friction) add_friction(elements_[i], stick_slip_[i], field_.layout(), state, assembler);
   }
+}
+
+void Contact::add_unsymmetric(const State& state, UnsymmetricTerms& terms) const {
+  // As many parts whatever the number of threads.
+  constexpr std::size_t n_parts = 8;
+  std::array<UnsymmetricTerms, n_parts> parts;
+  const std::size_t n = stick_slip_.size();
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t part = 0; part < n_parts; ++part)
+    for (std::size_t i = part * n / n_parts; i < (part + 1) * n / n_parts; ++i)
+      add_friction_by_limit(field_, elements_[i], stick_slip_[i], law_.friction_coefficient,
+                            regularisation(elements_[i]), state, parts[part]);
+  for (const UnsymmetricTerms& part : parts) terms.append(part);
 }
 
 Friction Contact::friction_of(std::size_t i, const State& state) const {

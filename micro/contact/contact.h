@@ -37,6 +37,7 @@ class Contact final : public Effect {
   void limit_reach(const State& state, std::span<double> reach) const override;
   void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
+  void add_unsymmetric(const State& state, UnsymmetricTerms& terms) const override;
   [[nodiscard]] double energy(const State& state) const override;
   /// Stored are the energy of the penalties and that of the reversible part of friction, ½|f|²/k. (`energy` is the
   /// incremental potential, which also holds the work of slip in the step.)

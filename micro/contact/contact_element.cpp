@@ -26,6 +26,17 @@ Friction friction(const StickSlip& stick_slip, const Vec3& relative_position) {
   return f;
 }
 
+Vec3 friction_by_limit(const StickSlip& stick_slip, const Vec3& relative_position) {
+  const double k = stick_slip.tangential_stiffness, limit = stick_slip.slip_limit;
+  constexpr double shortened = 1 - 1e-9;
+  // The trial traction goes with the limit by its stiffness, and by what there was where the limit has shortened that.
+  Vec3 trial = k / limit * stick_slip.tangential(relative_position - stick_slip.x_start);
+  if (stick_slip.traction_start.norm() > shortened * limit) trial += stick_slip.traction_start / limit;
+  const Friction f = friction(stick_slip, relative_position);
+  if (!f.slides) return trial;
+  return f.direction + f.stiffness_across / k * (trial - f.direction * f.direction.dot(trial));
+}
+
 namespace {
 
 /// A section in direction `outward` at a foot.
@@ -204,6 +215,16 @@ bool touches(const FiberPoint& a, const FiberPoint& b, const Assembler& assemble
   return a.slots.touches(assembler) || b.slots.touches(assembler);
 }
 
+/// δg = c·δc/(±D) − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b),  δn = P δc/(n·c).
+LocalForms::Form gap_gradient(const LocalForms& local, const ContactElement& e) {
+  const Gap& g = e.measured;
+  LocalForms::Form gradient = local.zero();
+  LocalForms::add_chord(gradient, g.force_direction);
+  local.add_section(gradient, 0, e.radius_a * g.a.w, -g.normal);
+  local.add_section(gradient, 1, e.radius_b * g.b.w, g.normal);
+  return gradient;
+}
+
 /// How a section turns about its centre against the normal: what moves the particle that is outermost along its
 /// outline.
 LocalForms::Form spin_form(const LocalForms& local, const Gap& g, int side) {
@@ -241,11 +262,7 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
   const Gap& g = e.measured;
   const Vec3 &n = g.normal, x = g.a.outermost - g.b.outermost;
 
-  // δg = c·δc/(±D) − x·δn − R_a n·(w_a δg_a) + R_b n·(w_b δg_b),  δn = P δc/(n·c).
-  LocalForms::Form gradient = local.zero();
-  LocalForms::add_chord(gradient, g.force_direction);
-  local.add_section(gradient, 0, e.radius_a * g.a.w, -n);
-  local.add_section(gradient, 1, e.radius_b * g.b.w, n);
+  const LocalForms::Form gradient = gap_gradient(local, e);
   local.scatter_force(-f * gradient, assembler);
   if (!assembler.wants_tangent()) return;
 
@@ -276,6 +293,23 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
     }
   }
   local.scatter_tangent(k, assembler);
+}
+
+void add_friction_by_limit(const FiberField& field, const ContactElement& e, const StickSlip& stick_slip,
+                           double friction_coefficient, double p_reg, const State& state, UnsymmetricTerms& terms) {
+  if (stick_slip.tangential_stiffness <= 0) return;
+  const Layout& layout = field.layout();
+  const Vec3 by_limit = friction_by_limit(stick_slip, e.relative_position(layout, state));
+  terms.begin_term();
+  for (const auto& [point, sign] : {std::pair(&e.a, -1), std::pair(&e.b, 1)})
+    for (int n = 0; n < point->slots.n_slots; ++n)
+      for (int v = 0; v < point->slots.vectors(n); ++v)
+        terms.add_left(layout.first_vector(point->slots.node[n]) + v, sign * point->weight[n][v] * by_limit);
+  const LocalForms local(field, e.pair.chord.a, e.pair.chord.b);
+  const double limit_by_gap = -friction_coefficient * e.stiffness(p_reg);
+  local.for_each_coefficient(gap_gradient(local, e), [&](Index node, int v, const Vec3& coefficient) {
+    terms.add_right(layout.first_vector(node) + v, limit_by_gap * coefficient);
+  });
 }
 
 void add_friction(const ContactElement& e, const StickSlip& stick_slip, const Layout& layout, const State& state,

@@ -8,6 +8,7 @@
 
 #include "micro/contact/local_forms.h"
 #include "micro/contact/proximity.h"
+#include "micro/solve/unsymmetric_terms.h"
 
 namespace trame::micro {
 
@@ -227,9 +228,15 @@ struct Friction {
   bool slides = false;
 };
 [[nodiscard]] Friction friction(const StickSlip& stick_slip, const Vec3& relative_position);
+/// The derivative of its force by the slip limit µN, with which goes k = µN/u_rev: where it sticks, that of the trial
+/// force t*, where it slides, d + µN/|t*| (I − d dᵀ) ∂t*/∂(µN) with the direction d = t*/|t*|.
+[[nodiscard]] Vec3 friction_by_limit(const StickSlip& stick_slip, const Vec3& relative_position);
 
 /// Adds force and tangent of the penalty, at the state last followed.
 void add_contact_element(const FiberField& field, const ContactElement& element, double p_reg, Assembler& assembler);
+/// Adds how its friction goes with the normal force, δt = ∂t/∂(µN) µ δN.
+void add_friction_by_limit(const FiberField& field, const ContactElement& element, const StickSlip& stick_slip,
+                           double friction_coefficient, double p_reg, const State& state, UnsymmetricTerms& terms);
 /// Adds force and tangent of its friction, which couple the same nodes.
 void add_friction(const ContactElement& element, const StickSlip& stick_slip, const Layout& layout, const State& state,
                   Assembler& assembler);

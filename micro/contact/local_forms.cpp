@@ -34,22 +34,8 @@ void CoveredNodes::add_sparsity(const FiberField& field, const Foot& a, const Fo
   builder.add_clique(nodes);
 }
 
-template <typename Visit>
-void LocalForms::for_each_node(Visit&& visit) const {
-  for (int side = 0; side < 2; ++side)
-    for (int n = 0; n < shape_[side].slots.n_slots; ++n) visit(shape_[side].slots.node[n], side, n);
-}
-
 void LocalForms::scatter_force(const Form& force, Assembler& assembler) const {
-  for_each_node([&](Index node, int side, int n) {
-    if (!assembler.owns(node)) return;
-    for (int v = 0; v < shape_[side].slots.vectors(n); ++v) {
-      const Parts p = parts(side, n, v);
-      Vec3 f = p.weight * force.segment<3>(p.at);
-      if (p.both) f += p.weight_of_tangent * force.segment<3>(p.at + 3);
-      assembler.add_force(node, v, f);
-    }
-  });
+  for_each_coefficient(force, [&](Index node, int v, const Vec3& f) { assembler.add_force(node, v, f); });
 }
 
 void LocalForms::scatter_tangent(Matrix& k, Assembler& assembler) const {

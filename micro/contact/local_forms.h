@@ -67,6 +67,18 @@ class LocalForms {
     }
   }
 
+  /// Calls visit(node, vector, coefficient) for all vectors that a form depends on.
+  template <typename Visit>
+  void for_each_coefficient(const Form& form, Visit&& visit) const {
+    for_each_node([&](Index node, int side, int n) {
+      for (int v = 0; v < shape_[side].slots.vectors(n); ++v) {
+        const Parts p = parts(side, n, v);
+        Vec3 coefficient = p.weight * form.segment<3>(p.at);
+        if (p.both) coefficient += p.weight_of_tangent * form.segment<3>(p.at + 3);
+        visit(node, v, coefficient);
+      }
+    });
+  }
   void scatter_force(const Form& force, Assembler& assembler) const;
   /// Adds a symmetric matrix of which the lower triangle is given.
   void scatter_tangent(Matrix& k, Assembler& assembler) const;
@@ -74,7 +86,10 @@ class LocalForms {
  private:
   /// Calls visit(node, side, its slot on that side).
   template <typename Visit>
-  void for_each_node(Visit&& visit) const;
+  void for_each_node(Visit&& visit) const {
+    for (int side = 0; side < 2; ++side)
+      for (int n = 0; n < shape_[side].slots.n_slots; ++n) visit(shape_[side].slots.node[n], side, n);
+  }
   [[nodiscard]] static int section_at(int side, int v) { return 12 + 6 * side + 3 * v; }
   /// Where a vector of a node stands in a form, and its weights there: those of r and r', or of a section vector alone.
   struct Parts {

@@ -8,6 +8,7 @@
 
 #include "micro/core/ledger.h"
 #include "micro/solve/system.h"
+#include "micro/solve/unsymmetric_terms.h"
 
 namespace trame::micro {
 
@@ -25,9 +26,9 @@ class Effect {
   /// on already stays as it is, and only what is missing is added: `state` is an equilibrium of that, or fibers go to
   /// and fro.
   virtual void update(const State& /*state*/, bool /*keep*/ = false) {}
-  /// A state along a step that is tried, the one with which an iteration begins, and likewise, but with what stays
-  /// within iterations renewed: the limits of friction.
-  enum class Follow : std::uint8_t { trial, iteration, renewal };
+  /// A state along a step that is tried, or the one with which an iteration begins; and likewise, but with the limits
+  /// of friction renewed.
+  enum class Follow : std::uint8_t { trial, renewed_trial, iteration, renewal };
   /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Returns
   /// true where couplings have come up that are not in the sparsity.
   virtual bool follow(const State& /*state*/, Follow /*what*/) { return false; }
@@ -46,6 +47,8 @@ class Effect {
   virtual void add_sparsity(Pattern::Builder& builder) const = 0;
   /// Adds the gradient and, where wanted, the tangent at `state` for the items that touch owned nodes.
   virtual void add(const State& state, Assembler& assembler) const = 0;
+  /// Adds what the tangent has besides where limits of friction are renewed.
+  virtual void add_unsymmetric(const State& /*state*/, UnsymmetricTerms& /*terms*/) const {}
   /// The potential whose gradient `add` gives.
   [[nodiscard]] virtual double energy(const State& state) const = 0;
   /// The effect's part of the energy books: what it stores at the accepted state `state`, and what it has dissipated

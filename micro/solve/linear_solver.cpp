@@ -1,5 +1,7 @@
 #include "micro/solve/linear_solver.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -240,6 +242,12 @@ namespace {
 
 constexpr double neutral = 1e-6;  // a curvature of no size against that of the preconditioner is round-off
 
+/// Whether iterations that have come so far, by the square of what is left of the residual, will not reach the goal.
+bool is_too_slow(double left, double goal, int iteration, int max_iterations) {
+  constexpr int judged_from = 4;
+  return iteration >= judged_from && std::log(left) * max_iterations > std::log(goal) * iteration;
+}
+
 }  // namespace
 
 bool LinearSolver::finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations) {
@@ -276,9 +284,7 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
       if (truncated != Truncated::at_any_limit) return std::nullopt;
       break;
     }
-    constexpr int judged_from = 4;
-    if (truncated != Truncated::at_any_limit && iteration >= judged_from &&
-        std::log(rz / start) * max_iterations > std::log(goal / start) * iteration)
+    if (truncated != Truncated::at_any_limit && is_too_slow(rz / start, goal / start, iteration, max_iterations))
       return std::nullopt;
     const double along = curvature(values);
     // K is singular.
@@ -300,6 +306,54 @@ std::optional<int> LinearSolver::solve(std::span<const double> values, std::span
   }
   std::copy(x_.begin(), x_.end(), b.begin());
   return iteration;
+}
+
+std::optional<int> LinearSolver::solve(std::span<const double> values, const UnsymmetricTerms& terms,
+                                       std::span<double> b, double tolerance, int max_iterations) {
+  met_negative_curvature_ = false;
+  // Residuals v and directions z = M⁻¹ v, orthonormal: vᵢ·zⱼ = δᵢⱼ.
+  std::vector<Eigen::VectorXd> v, z;
+  const auto n_dofs = static_cast<Eigen::Index>(b.size());
+  Eigen::Map<Eigen::VectorXd> next(product_.data(), n_dofs), next_z(z_.data(), n_dofs);
+  const auto add_direction = [&] {
+    precondition(product_, z_);
+    const double norm = std::sqrt(next.dot(next_z));
+    v.emplace_back(next / norm);
+    z.emplace_back(next_z / norm);
+    return norm;
+  };
+  std::copy(b.begin(), b.end(), product_.begin());
+  const double start = add_direction();
+  if (!(start > 0)) return std::nullopt;  // two levels of an indefinite matrix may themselves be indefinite
+  Eigen::MatrixXd along = Eigen::MatrixXd::Zero(max_iterations + 1, max_iterations),  // zᵢ·(K + Σ p qᵀ) zⱼ
+      curvature = Eigen::MatrixXd::Zero(max_iterations, max_iterations);              // zᵢ·K zⱼ
+  for (int n = 0; n < max_iterations; ++n) {
+    std::copy(z[n].begin(), z[n].end(), direction_.begin());
+    multiply(values, direction_, product_);
+    for (int i = 0; i <= n; ++i) curvature(i, n) = curvature(n, i) = z[i].dot(next);
+    if (curvature.topLeftCorner(n + 1, n + 1).llt().info() != Eigen::Success) {
+      met_negative_curvature_ = true;
+      return std::nullopt;
+    }
+    terms.add_product(direction_, product_);
+    for (int i = 0; i <= n; ++i) {
+      along(i, n) = z[i].dot(next);
+      next -= along(i, n) * v[i];
+    }
+    along(n + 1, n) = add_direction();
+    if (!std::isfinite(along(n + 1, n))) return std::nullopt;
+    const auto square = along.topLeftCorner(n + 2, n + 1);
+    const Eigen::VectorXd load = start * Eigen::VectorXd::Unit(n + 2, 0), x = square.householderQr().solve(load);
+    const double left = (load - square * x).norm() / start;
+    if (left <= tolerance) {
+      Eigen::Map<Eigen::VectorXd> solution(b.data(), n_dofs);
+      solution.setZero();
+      for (int i = 0; i <= n; ++i) solution += x[i] * z[i];
+      return n + 1;
+    }
+    if (is_too_slow(left * left, tolerance * tolerance, n + 1, max_iterations)) return std::nullopt;
+  }
+  return std::nullopt;
 }
 
 }  // namespace trame::micro

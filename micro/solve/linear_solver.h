@@ -11,6 +11,7 @@
 
 #include "micro/solve/supernodal_factor.h"
 #include "micro/solve/two_level.h"
+#include "micro/solve/unsymmetric_terms.h"
 
 namespace trame::micro {
 
@@ -45,6 +46,10 @@ class LinearSolver {
   /// pace of the first ones, or K is seen not to be positive definite.
   [[nodiscard]] std::optional<int> solve(std::span<const double> values, std::span<double> b, double tolerance,
                                          int max_iterations, Truncated truncated = Truncated::never);
+  /// Solves (K + Σ p qᵀ) x = b likewise, by the generalised minimal residual in the norm of the preconditioned
+  /// residual. Nothing is returned either where K is seen not to be positive definite.
+  [[nodiscard]] std::optional<int> solve(std::span<const double> values, const UnsymmetricTerms& terms,
+                                         std::span<double> b, double tolerance, int max_iterations);
   /// Whether the last solution met a direction of negative curvature.
   [[nodiscard]] bool met_negative_curvature() const { return met_negative_curvature_; }
 

@@ -203,7 +203,8 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
   const bool may_end_early = remaining == 0;
   const auto solve = [&](int limit, Truncated truncated) {
     const auto guard = timers_.measure(Phase::solve);
-    const std::optional<int> n = linear_.solve(values_, step_, tolerance, limit, truncated);
+    const std::optional<int> n = unsymmetric_.empty() ? linear_.solve(values_, step_, tolerance, limit, truncated)
+                                                      : linear_.solve(values_, unsymmetric_, step_, tolerance, limit);
     outcome.n_linear_iterations += n.value_or(limit);
     return n;
   };
@@ -227,6 +228,11 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
     for (Index v = 0; v < layout_.n_vectors(); ++v)
       if (damping_[v] > 0) add_to_diagonal(v, damping_[v]);
     load_ = step_;
+    // An indefinite tangent is left downhill, which there is with limits of friction that stay.
+    unsymmetric_.clear();
+    if (!renews_limits_ || remaining > 0 || indefinite_) return;
+    for (const auto& effect : effects) effect->add_unsymmetric(state, unsymmetric_);
+    unsymmetric_.leave_out(prescribed.fixed);
   };
   const auto find_with_old_factor = [&] {
     constexpr int enough = 3;  // iterations before negative curvature, for a step that is worth its while
@@ -406,7 +412,7 @@ double NewtonSolver::line_search(Effects& effects, const State& state, double al
   const double accepted = 0.8 * std::abs(slope_at_zero);
   const auto slope_at = [&](double length) {
     try_step(state, length);
-    follow(effects, trial_, Effect::Follow::trial);
+    follow(effects, trial_, unsymmetric_.empty() ? Effect::Follow::trial : Effect::Follow::renewed_trial);
     assemble(effects, trial_, Assembler::Tangent::none, Assembler::Stress::expected);
     return slope(prescribed);
   };
@@ -453,11 +459,12 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
   lowest_residual_ = std::numeric_limits<double>::infinity();
   n_capped_ = 0;
   bool last_taken_whole = true;
-  constexpr int max_renewals = 6;
+  constexpr int max_renewals = 12;
   int n_stuck = 0;  // steps of which next to nothing was taken, one after the other
   for (;; ++outcome.n_iterations) {
     // Limits of friction go with the forces, but do not run after them for ever.
-    const Residual r = evaluate(effects, prescribed, state, outcome.n_iterations < max_renewals);
+    renews_limits_ = outcome.n_iterations < max_renewals;
+    const Residual r = evaluate(effects, prescribed, state, renews_limits_);
     outcome.residual = r.relative();
     outcome.worst_dof = r.worst_dof;
     if (!std::isfinite(r.norm())) {
@@ -496,8 +503,10 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     const double cap = settings_.damps_soft_modes ? settings_.step_cap : trust_radius_;
     double alpha = step.size > cap ? cap / step.size : 1.0;
     if (alpha < 1) ++n_capped_;
-    // With a prescribed motion under way the potential may rise along the step: nothing to search.
-    if (remaining == 0) alpha = line_search(effects, state, alpha, cap / step.size, slope(prescribed), prescribed);
+    // With a prescribed motion under way, or friction that goes with the normal force, the potential may rise along the
+    // step: nothing to search.
+    if (const double downhill = slope(prescribed); remaining == 0 && downhill < 0)
+      alpha = line_search(effects, state, alpha, cap / step.size, downhill, prescribed);
     last_taken_whole = alpha >= 1;
     if (settings_.damps_soft_modes) adapt_trust(step.size, alpha);
     if (log)

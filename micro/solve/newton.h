@@ -172,10 +172,12 @@ class NewtonSolver {
   int n_threads_;
   Pattern pattern_;
   LinearSolver linear_;
+  UnsymmetricTerms unsymmetric_;  // of the system that has just been solved
   Residual round_off_;
   double trust_radius_ = 0;             // of the ball in which the tangent is trusted, like step_cap
   double lowest_residual_ = 0;          // norm, in this solve
   int n_capped_ = 0;                    // steps at the cap since then
+  bool renews_limits_ = false;          // of friction, with each iteration
   bool indefinite_ = false;             // the last tangent of this solve was not positive definite
   std::vector<Index> owned_from_;       // n_threads + 1 node limits
   std::vector<Index> node_of_;          // of each vector

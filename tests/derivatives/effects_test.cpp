@@ -64,6 +64,50 @@ TEST(Derivatives, ContactAndFriction) {
   }
 }
 
+// Where limits of friction go with the normal force, the tangent is not symmetric. What it leaves out besides:
+// particles and normals that friction follows are laid anew where the feet have slid to.
+TEST(Derivatives, FrictionThatGoesWithTheNormalForce) {
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
+    TwoFibers scene(model);
+    ContactLaw law;
+    law.friction_coefficient = 0.4;
+    Contact contact(scene.field, law, {1, 1});
+    contact.begin_step(scene.state, 1);
+    contact.update(scene.state);
+    for (const double amplitude : {0.003, 0.05}) {
+      const State state = perturbed(scene.layout, scene.state, amplitude, 4);
+      (void)contact.follow(state, Effect::Follow::renewal);
+      const Eigen::MatrixXd tangent = test::assemble(contact, scene.layout, state).tangent;
+      UnsymmetricTerms terms;
+      contact.add_unsymmetric(state, terms);
+      ASSERT_FALSE(terms.empty());
+      double symmetric_alone = 0, with_terms = 0, all = 0;
+      for (std::uint32_t seed = 100; seed < 106; ++seed) {
+        std::vector<double> step = test::random_step(scene.layout, seed);
+        for (const Index vector : scene.layout.rotation_vectors())
+          std::fill_n(step.begin() + 3 * static_cast<std::ptrdiff_t>(vector), 3, 0.0);
+        const auto force_at = [&](double h) {
+          State s;
+          retract(scene.layout, state, step, h, s);
+          (void)contact.follow(s, Effect::Follow::renewed_trial);
+          return test::assemble(contact, scene.layout, s).force;
+        };
+        constexpr double h = 1e-6;
+        const Eigen::VectorXd exact = (force_at(h) - force_at(-h)) / (2 * h);
+        std::vector<double> product(step.size(), 0.0);
+        terms.add_product(step, product);
+        const Eigen::Map<const Eigen::VectorXd> v(step.data(), scene.layout.n_dofs()),
+            besides(product.data(), scene.layout.n_dofs());
+        symmetric_alone += (tangent * v - exact).squaredNorm();
+        with_terms += (tangent * v + besides - exact).squaredNorm();
+        all += exact.squaredNorm();
+      }
+      EXPECT_LT(with_terms, 0.02 * 0.02 * all) << amplitude;
+      EXPECT_LT(with_terms, 0.3 * 0.3 * symmetric_alone) << amplitude;
+    }
+  }
+}
+
 TEST(Derivatives, CrossingOrder) {
   TwoFibers scene(FiberModel::rod, TwoFibers::Arrangement::crossed);
   CrossingOrder order(scene.field, {{0, 1}}, -2, 1.0, 0.03, 0.3);

@@ -270,6 +270,39 @@ TEST_P(LinearSolverTest, AnOldFactorServesAChangedMatrix) {
   for (std::size_t i = 0; i < x.size(); ++i) ASSERT_NEAR(solution[i], x[i], 1e-9);
 }
 
+TEST_P(LinearSolverTest, SolvesWithTermsThatAreNotSymmetric) {
+  const Lattice lattice(5);
+  const std::vector<double> values = lattice.values(1);
+  LinearSolver solver(lattice.layout, GetParam(), 2);
+  solver.set_pattern(lattice.pattern);
+  solver.analyze(values);
+  ASSERT_TRUE(solver.factorize(values));
+  UnsymmetricTerms terms;
+  const Index n_vectors = lattice.layout.n_vectors();
+  for (Index t = 0; t < 7; ++t) {
+    terms.begin_term();
+    terms.add_left((5 * t) % n_vectors, Vec3(1, -0.5, 0.2 * t));
+    terms.add_left((5 * t + 1) % n_vectors, Vec3(-1, 0.5, 0.1));
+    terms.add_right((5 * t + 2) % n_vectors, Vec3(0.3, t, -0.4));
+  }
+  std::vector<double> x(lattice.layout.n_dofs());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sin(1.7 * static_cast<double>(i));
+  std::vector<double> b = lattice.product(values, x);
+  terms.add_product(x, b);
+  std::vector<double> solution = b;
+  ASSERT_FALSE(solver.solve(values, terms, solution, 1e-12, 2));
+  EXPECT_EQ(solution, b) << "what could not be solved must stay as it was";
+  const auto n_iterations = solver.solve(values, terms, solution, 1e-12, 40);
+  ASSERT_TRUE(n_iterations);
+  EXPECT_LE(*n_iterations, 2 * 7 + 2) << "as many as there are terms, but for round-off";
+  for (std::size_t i = 0; i < x.size(); ++i) ASSERT_NEAR(solution[i], x[i], 1e-9);
+
+  // K alone tells whether it is positive definite.
+  const std::vector<double> negative = lattice.values(-1);
+  ASSERT_FALSE(solver.solve(negative, terms, solution, 1e-12, 40));
+  EXPECT_TRUE(solver.met_negative_curvature());
+}
+
 /// Fronts of this lattice are large enough to be cut in tiles and tasks.
 TEST_P(LinearSolverTest, LargeFrontsAreExactAndDoNotDependOnTheNumberOfThreads) {
   const Lattice lattice(11);
