@@ -47,6 +47,7 @@ bool is_before(const ContactElement& e, const Proximity& pair, double s_a) {
 /// Elements in the order of their fibers and of where their feet have slid to.
 std::vector<const ContactElement*> in_order(const std::vector<ContactElement>& elements) {
   std::vector<const ContactElement*> sorted;
+  sorted.reserve(elements.size());
   for (const ContactElement& e : elements) sorted.push_back(&e);
   std::stable_sort(sorted.begin(), sorted.end(),
                    [](const ContactElement* p, const ContactElement* q) { return is_before(*p, q->pair, q->s_a); });
@@ -277,9 +278,10 @@ StickSlip Contact::make_stick_slip(ContactElement& e, const ContactHistory* know
 void Contact::update(const State& state, bool keep) {
   ++n_searches_;
   // Of the elements of the last search in this increment those stay that are at the same place, with the preloads that
-  // they have come to. With `keep` they stay as they are, and what presses stays even if it would no longer be
-  // found: what comes and goes with each search would never settle.
-  const std::vector<ContactElement> before = std::exchange(elements_, {});
+  // they have come to. With `keep` they stay as they are, and what has pressed since stays even if it would no longer
+  // be found: what comes and goes with each search would never settle.
+  std::vector<ContactElement> before = std::exchange(elements_, {});
+  for (ContactElement& e : before) e.has_pressed = keep && (e.has_pressed || e.force(regularisation(e)) > 0);
   const std::vector<StickSlip> stick_slip_before = std::exchange(stick_slip_, {});
   const std::vector<const ContactElement*> sorted_before = in_order(before);
   struct Found {
@@ -300,8 +302,7 @@ void Contact::update(const State& state, bool keep) {
     found.push_back({p, same});
   }
   for (std::size_t i = 0; i < before.size() && keep; ++i)
-    if (!found_again[i] && before[i].force(regularisation(before[i])) > 0)
-      found.push_back({before[i].pair, &before[i]});
+    if (!found_again[i] && before[i].has_pressed) found.push_back({before[i].pair, &before[i]});
   if (keep)
     std::stable_sort(found.begin(), found.end(), [](const Found& x, const Found& y) {
       const Proximity &p = x.pair, &q = y.pair;
@@ -326,6 +327,7 @@ void Contact::update(const State& state, bool keep) {
       e.force_raised_under = same->force_raised_under;
       e.raised_from = same->raised_from;
     }
+    e.has_pressed = keep && ((found[i].before && found[i].before->has_pressed) || e.force(regularisation(e)) > 0);
     if (!law_.friction) continue;
     if (keep && found[i].before) {
       stick_slip_[i] = stick_slip_before[found[i].before - before.data()];

@@ -161,6 +161,7 @@ struct ContactElement {
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
   double preload = 0;
+  bool has_pressed = false;       ///< in the increment, since it was last looked for without `keep`
   bool stuck = false;             ///< raising the preload changed nothing: what holds the fibers here is not contact
   double penetration_before = 0;  ///< when the preload was last raised in this increment
   /// Penalty and preload with which it began the step, and with which it goes on.

@@ -122,6 +122,29 @@ struct FiberOnFiber {
   State state;
 };
 
+// Fibers that an equilibrium throws out of reach of each other, and another throws back, would go to and fro for ever.
+TEST(Contact, WhatHasPressedStaysUntilContactsAreLookedForAfresh) {
+  FiberOnFiber fibers(1.9);
+  Contact contact(*fibers.field, ContactLaw{}, {1, 1});
+  contact.begin_step(fibers.state, 1);
+  State apart = fibers.state;
+  for (Index n = fibers.field->element_node(1, 0); n <= fibers.field->last_node(1); ++n)
+    apart.q[fibers.layout.first_vector(n)].z() += 10;
+  contact.update(apart, true);
+  ASSERT_TRUE(contact.elements().empty());
+  contact.update(fibers.state, true);
+  const std::size_t n = contact.elements().size();
+  ASSERT_GT(n, 0);
+  for (int search = 0; search < 2; ++search) {
+    (void)contact.follow(apart, Effect::Follow::iteration);
+    contact.update(apart, true);
+    ASSERT_EQ(contact.elements().size(), n);
+    EXPECT_GT(contact.elements().front().gap(), 9);
+  }
+  contact.update(apart);
+  EXPECT_TRUE(contact.elements().empty());
+}
+
 TEST(Penalty, APairThatMeetsAmongLoadedOnesStartsWithTheirStiffness) {
   FiberOnFiber fibers(1.9);
   Contact contact(*fibers.field, ContactLaw{}, {1, 1});
