@@ -100,7 +100,7 @@ std::vector<CalledEffect> stage_effects(const Stage& stage) {
 /// An effect a line, with what it costs; further keys that call for it on lines of their own.
 std::string effects_text(const Scene& scene, const CostEstimate& cost) {
   const std::vector<CalledEffect> called = called_effects(scene);
-  std::string text = fmt::format("  {:<40}{:>9}{:>9}{:>9}  {}\n", "effect", "dofs", "memory", "time", "called for by");
+  std::string text = fmt::format("  {:<40}{:>9}{:>9}{:>13}  {}\n", "effect", "dofs", "memory", "time", "called for by");
   for (int kind = 0; kind < n_priced_effects; ++kind) {
     bool first = true;
     for (const CalledEffect& call : called) {
@@ -108,14 +108,14 @@ std::string effects_text(const Scene& scene, const CostEstimate& cost) {
       const auto price = std::find_if(cost.effects.begin(), cost.effects.end(),
                                       [&](const EffectCost& c) { return c.effect == call.kind; });
       if (first && price != cost.effects.end())
-        text += fmt::format("  {:<40}{:>9}{:>9}{:>9}  {}\n", call.effect, price->n_dofs, bytes_text(price->bytes),
+        text += fmt::format("  {:<40}{:>9}{:>9}{:>13}  {}\n", call.effect, price->n_dofs, bytes_text(price->bytes),
                             duration_text(price->seconds), call.key);
       else
-        text += fmt::format("  {:<67}  {}\n", first ? call.effect : "", call.key);
+        text += fmt::format("  {:<71}  {}\n", first ? call.effect : "", call.key);
       first = false;
     }
   }
-  return text + fmt::format("  {:<49}{:>9}{:>9}\n", "all, with program and files", bytes_text(cost.bytes),
+  return text + fmt::format("  {:<49}{:>9}{:>13}\n", "all, with program and files", bytes_text(cost.bytes),
                             duration_text(cost.seconds));
 }
 

@@ -155,11 +155,11 @@ TEST(SceneOverview, TellsWhatEachEffectCosts) {
   scene.stated_effects = {"contact"};
   micro::CostEstimate cost;
   cost.effects = {{micro::PricedEffect::enriched_beams, 7290, 12.3, 4e7}, {micro::PricedEffect::contact, 0, 2.5, 8e6}};
-  cost.seconds = 15;
-  cost.bytes = 9e7;
+  cost.seconds = 12'300;
+  cost.bytes = 1.2e9;
   const std::string text = scene_overview(scene, {}, cost);
-  for (const char* part : {"7290    40 MB   12.3 s  fiber_type.PA66.model = \"enriched\"", "order of magnitude",
-                           "0   8.0 MB    2.5 s  effects.contact = \"all\"\n", "90 MB   15.0 s\n"})
+  for (const char* part : {"7290    40 MB       12.3 s  fiber_type.PA66.model = \"enriched\"", "order of magnitude",
+                           "0   8.0 MB        2.5 s  effects.contact = \"all\"\n", "1.2 GB   3 h 25 min\n"})
     EXPECT_NE(text.find(part), std::string::npos) << part << "\nin: " << text;
 }
 
