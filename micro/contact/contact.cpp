@@ -353,11 +353,11 @@ bool Contact::follow(const State& state, Follow what) {
     e.pair.lean = e.lean_at_iteration;
     micro::follow(field_, state, e);
   }
-  if (law_.friction && (what == Follow::renewal || what == Follow::renewed_trial)) {
+  if (law_.friction && renews_limits(what)) {
 #pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < elements_.size(); ++i) stick_slip_[i] = make_stick_slip(elements_[i], known_[i]);
   }
-  if (what == Follow::trial || what == Follow::renewed_trial) return false;
+  if (is_trial(what)) return false;
 #pragma omp parallel for schedule(static) reduction(|| : grown)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     ContactElement& e = elements_[i];

@@ -177,13 +177,22 @@ struct LinearForm {
   std::array<double, 2> sign;
 };
 
-void add_force(const LinearForm& form, const Vec3& force, Assembler& assembler) {
+/// From a to b, as friction sees them.
+LinearForm relative_position(const ContactElement& e) { return {{&e.a, &e.b}, {-1, 1}}; }
+
+/// Calls visit(node, vector, its coefficient).
+template <typename Visit>
+void for_each_coefficient(const LinearForm& form, Visit&& visit) {
   for (int side = 0; side < 2; ++side) {
     const FiberPoint& p = *form.point[side];
     for (int n = 0; n < p.slots.n_slots; ++n)
-      for (int v = 0; v < p.slots.vectors(n); ++v)
-        assembler.add_force(p.slots.node[n], v, form.sign[side] * p.weight[n][v] * force);
+      for (int v = 0; v < p.slots.vectors(n); ++v) visit(p.slots.node[n], v, form.sign[side] * p.weight[n][v]);
   }
+}
+
+void add_force(const LinearForm& form, const Vec3& force, Assembler& assembler) {
+  for_each_coefficient(
+      form, [&](Index node, int v, double coefficient) { assembler.add_force(node, v, coefficient * force); });
 }
 
 /// The block of slot `row` of p and slot `column` of q += factor wᵢ wⱼ M.
@@ -301,10 +310,9 @@ void add_friction_by_limit(const FiberField& field, const ContactElement& e, con
   const Layout& layout = field.layout();
   const Vec3 by_limit = friction_by_limit(stick_slip, e.relative_position(layout, state));
   terms.begin_term();
-  for (const auto& [point, sign] : {std::pair(&e.a, -1), std::pair(&e.b, 1)})
-    for (int n = 0; n < point->slots.n_slots; ++n)
-      for (int v = 0; v < point->slots.vectors(n); ++v)
-        terms.add_left(layout.first_vector(point->slots.node[n]) + v, sign * point->weight[n][v] * by_limit);
+  for_each_coefficient(relative_position(e), [&](Index node, int v, double coefficient) {
+    terms.add_left(layout.first_vector(node) + v, coefficient * by_limit);
+  });
   const LocalForms local(field, e.pair.chord.a, e.pair.chord.b);
   const double limit_by_gap = -friction_coefficient * e.stiffness(p_reg);
   local.for_each_coefficient(gap_gradient(local, e), [&](Index node, int v, const Vec3& coefficient) {
@@ -316,7 +324,7 @@ void add_friction(const ContactElement& e, const StickSlip& stick_slip, const La
                   Assembler& assembler) {
   if (stick_slip.tangential_stiffness <= 0 || !touches(e.a, e.b, assembler)) return;
   const Friction t = friction(stick_slip, e.relative_position(layout, state));
-  const LinearForm form{{&e.a, &e.b}, {-1, 1}};
+  const LinearForm form = relative_position(e);
   add_force(form, t.force, assembler);
   if (!assembler.wants_tangent()) return;
   const Mat3 nn = stick_slip.normal * stick_slip.normal.transpose();

@@ -29,6 +29,12 @@ class Effect {
   /// A state along a step that is tried, or the one with which an iteration begins; and likewise, but with the limits
   /// of friction renewed.
   enum class Follow : std::uint8_t { trial, renewed_trial, iteration, renewal };
+  [[nodiscard]] static constexpr bool is_trial(Follow what) {
+    return what == Follow::trial || what == Follow::renewed_trial;
+  }
+  [[nodiscard]] static constexpr bool renews_limits(Follow what) {
+    return what == Follow::renewed_trial || what == Follow::renewal;
+  }
   /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Returns
   /// true where couplings have come up that are not in the sparsity.
   virtual bool follow(const State& /*state*/, Follow /*what*/) { return false; }

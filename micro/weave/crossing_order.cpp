@@ -114,7 +114,7 @@ bool CrossingOrder::follow(const State& state, Follow what) {
     e.a = e.feet_at_iteration[0];
     e.b = e.feet_at_iteration[1];
     follow(state, e);
-    if (what == Follow::trial || what == Follow::renewed_trial) continue;
+    if (is_trial(what)) continue;
     e.feet_at_iteration = {e.a, e.b};
     grown = e.covered.cover(field_, e.a, e.b) || grown;
   }

@@ -41,18 +41,29 @@ TEST(Derivatives, Rod) {
   expect_consistent_derivatives(rods, scene.layout, perturbed(scene.layout, scene.state, 0.1, 3));
 }
 
+/// Two fibers side by side, in contact with friction.
+struct RubbingFibers {
+  explicit RubbingFibers(FiberModel model) : scene(model), contact(scene.field, law(), {1, 1}) {
+    contact.begin_step(scene.state, 1);
+    contact.update(scene.state);
+  }
+  static ContactLaw law() {
+    ContactLaw law;
+    law.friction_coefficient = 0.4;
+    return law;
+  }
+  TwoFibers scene;
+  Contact contact;
+};
+
 // Forces have a potential; how fast sections of beams grow along them, which feet feel that slide, is smoothed from
 // element to element. The tangent leaves out that points are held away from where they are lowest, and of beams how
 // feet that slide to sections of another size do so otherwise: that goes with the change of strain along a fiber, which
 // is what random steps make it.
 TEST(Derivatives, ContactAndFriction) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
-    TwoFibers scene(model);
-    ContactLaw law;
-    law.friction_coefficient = 0.4;
-    Contact contact(scene.field, law, {1, 1});
-    contact.begin_step(scene.state, 1);
-    contact.update(scene.state);
+    RubbingFibers rubbing(model);
+    auto& [scene, contact] = rubbing;
     ASSERT_GE(contact.elements().size(), 3u);
     // Small steps stick, larger ones slide; both branches of the return mapping and of the penalty are met.
     for (const double amplitude : {0.003, 0.05}) {
@@ -68,12 +79,8 @@ TEST(Derivatives, ContactAndFriction) {
 // particles and normals that friction follows are laid anew where the feet have slid to.
 TEST(Derivatives, FrictionThatGoesWithTheNormalForce) {
   for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
-    TwoFibers scene(model);
-    ContactLaw law;
-    law.friction_coefficient = 0.4;
-    Contact contact(scene.field, law, {1, 1});
-    contact.begin_step(scene.state, 1);
-    contact.update(scene.state);
+    RubbingFibers rubbing(model);
+    auto& [scene, contact] = rubbing;
     for (const double amplitude : {0.003, 0.05}) {
       const State state = perturbed(scene.layout, scene.state, amplitude, 4);
       (void)contact.follow(state, Effect::Follow::renewal);
