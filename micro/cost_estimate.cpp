@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "micro/model.h"
-#include "micro/solve/elimination.h"
+#include "micro/run/stage_settings.h"
+#include "micro/solve/linear_solver.h"
 
 namespace trame::micro {
 
@@ -15,6 +16,8 @@ namespace {
 /// (twill_small) an increment.
 constexpr double n_iterations = 11, n_detections = 4, n_assemblies = 3 * n_iterations,
                  n_substitutions = 6 * n_iterations;
+/// Two levels take more iterations, each of which reads their entries more often than those of a factor.
+constexpr double with_two_levels = 13.0 / 6 * 7 / 3;
 
 /// Seconds for one of each: CPU time of one thread on a twisted bundle of 37 fibers with 7,146 contact elements, halved
 /// for two cores.
@@ -31,21 +34,32 @@ constexpr double increment_file = 5e-3, file_node = 4e-6, program_bytes = 4e7;
 /// Bytes for each entry of K (values, pattern, elimination), and for each of L (factor and fronts) in double precision.
 constexpr double bytes_per_matrix_entry = 16, bytes_per_factor_entry = 15;
 
-/// A matrix and its factor.
+/// A matrix and what takes its place in conjugate gradients: a factor, or two levels.
 struct Fill {
   double entries = 0, factor_entries = 0, flops = 0;
+  double entries_read = 0;  ///< by a substitution, as if by a factor's
 };
 
-Fill analyse(const StageModel& model, bool with_contact) {
+/// Of the tangent at `state`, as the solver itself would have it.
+Fill analyse(const Scene& scene, const StageModel& model, const State& state, bool with_contact) {
+  const auto counts = [&](const auto& effect) {
+    return with_contact || (effect.get() != model.contact && effect.get() != model.crossing_order);
+  };
   Pattern::Builder builder;
   for (const auto& effect : model.effects)
-    if (with_contact || (effect.get() != model.contact && effect.get() != model.crossing_order))
-      effect->add_sparsity(builder);
+    if (counts(effect)) effect->add_sparsity(builder);
   const Pattern pattern(model.layout, std::move(builder));
-  const std::vector<char> all(pattern.coupling_start(pattern.n_nodes()), 1);
-  const Elimination elimination(pattern, all);
-  return {static_cast<double>(pattern.n_values()), static_cast<double>(elimination.value_start.back()),
-          elimination.n_flops};
+  std::vector<double> values(pattern.n_values()), force(model.layout.n_dofs()), magnitude(model.layout.n_vectors());
+  Assembler assembler(model.layout, &pattern, 0, model.layout.n_nodes(), force.data(), magnitude.data(), values.data(),
+                      Assembler::Tangent::projected);
+  for (const auto& effect : model.effects)
+    if (counts(effect)) effect->add(state, assembler);
+  const NewtonSettings settings = newton_settings(scene, model, {});
+  LinearSolver solver(model.layout, settings.precision, 1, settings.preconditioner);
+  solver.set_pattern(pattern);
+  solver.analyze(values, [&] { return settings.coarse_space(state); });
+  return {static_cast<double>(pattern.n_values()), solver.n_factor_entries(), solver.n_factor_flops(),
+          solver.n_factor_entries() * (solver.has_two_levels() ? with_two_levels : 1)};
 }
 
 /// The start with the fibers of each yarn shifted along themselves by thirds of an element: as in a woven yarn, and
@@ -74,8 +88,8 @@ struct EffectCosts {
 class StageCost {
  public:
   StageCost(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& start)
-      : scene_(scene), model_(scene, assembly, stage, start) {
-    begin_at(model_.effects, shifted_start(model_), 0.5);
+      : scene_(scene), model_(scene, assembly, stage, start), at_(shifted_start(model_)) {
+    begin_at(model_.effects, at_, 0.5);
     price_fibers();
     price_bodies();
     price_contact();
@@ -185,16 +199,17 @@ class StageCost {
   /// Factorisations and substitutions. What touching fibers cost more than loose ones is shared among contact and
   /// crossing order by their elements.
   void price_matrix() {
-    const Fill loose = analyse(model_, false);
+    const Fill loose = analyse(scene_, model_, at_, false);
     const auto fiber_share = [&](PricedEffect effect) {
       return static_cast<double>(of_effects_.costs[static_cast<std::size_t>(effect)].n_dofs) / model_.layout.n_dofs();
     };
     for (const auto effect : {PricedEffect::enriched_beams, PricedEffect::rods, PricedEffect::bodies})
       if (fiber_share(effect) > 0) add_matrix(effect, loose, fiber_share(effect));
     if (!model_.contact && !model_.crossing_order) return;
-    const Fill touching = analyse(model_, true);
+    const Fill touching = analyse(scene_, model_, at_, true);
     const Fill more = {touching.entries - loose.entries, std::max(0.0, touching.factor_entries - loose.factor_entries),
-                       std::max(0.0, touching.flops - loose.flops)};
+                       std::max(0.0, touching.flops - loose.flops),
+                       std::max(0.0, touching.entries_read - loose.entries_read)};
     const auto count = [](const auto* effect) { return effect ? static_cast<double>(effect->elements().size()) : 0.0; };
     const double n_contacts = count(model_.contact), n_ordered = count(model_.crossing_order);
     if (n_contacts > 0) add_matrix(PricedEffect::contact, more, n_contacts / (n_contacts + n_ordered));
@@ -204,12 +219,13 @@ class StageCost {
     const double gain = scene_.solver.factor_precision == FactorPrecision::single_precision ? 2 : 1;
     add(effect,
         share / gain *
-            (n_iterations * fill.flops / flops_per_second + n_substitutions * fill.factor_entries / entries_per_second),
+            (n_iterations * fill.flops / flops_per_second + n_substitutions * fill.entries_read / entries_per_second),
         share * (fill.entries * bytes_per_matrix_entry + fill.factor_entries * bytes_per_factor_entry / gain));
   }
 
   const Scene& scene_;
   StageModel model_;
+  State at_;  // where contacts and the matrix are looked at
   EffectCosts of_effects_;
 };
 
@@ -279,13 +295,13 @@ double n_crossing_pairs(const Scene& scene) {
              : 0;
 }
 
-/// The scene with a share of its fibers: of those of each yarn and bundle, in as many layers as keep the section's
-/// shape, and where bundles are of too few fibers for that, of the bundles.
+/// The scene with a share of its fibers: of those of each yarn and bundle, in as many layers, and where bundles are of
+/// too few fibers for that, of the bundles.
 Scene thinned(Scene scene, double share) {
   const double wanted = share * n_fibers(scene);
   const auto thin = [&](Index& n, Index& n_layers) {
     n = std::max<Index>(1, static_cast<Index>(std::lround(share * n)));
-    if (n_layers > 0) n_layers = std::clamp<Index>(static_cast<Index>(std::lround(std::sqrt(share) * n_layers)), 1, n);
+    n_layers = std::min(n_layers, n);
   };
   for (BundleSpec& bundle : scene.bundles) thin(bundle.n_fibers, bundle.n_layers);
   if (scene.weave)

@@ -112,6 +112,15 @@ TEST(CostEstimate, SinglePrecisionTakesLess) {
   EXPECT_LT(estimate_cost(single).bytes, estimate_cost(plain_small()).bytes);
 }
 
+TEST(CostEstimate, IsThatOfThePreconditionerInUse) {
+  Scene factor = plain_small(), two_levels = plain_small();
+  factor.solver.preconditioner = Preconditioner::factor;
+  two_levels.solver.preconditioner = Preconditioner::two_level;
+  const double bytes = estimate_cost(factor).bytes;
+  EXPECT_EQ(estimate_cost(plain_small()).bytes, bytes) << "so few fibers";
+  EXPECT_GT(estimate_cost(two_levels).bytes, bytes);
+}
+
 TEST(CostEstimate, BodiesHaveAPriceOnlyWhereThereAreAny) {
   Scene scene = test::cantilever(FiberModel::rod, 0.3, 100, 10);
   Stage stage;
