@@ -472,7 +472,7 @@ double Contact::deepest_stuck_over_radius() const {
   return largest;
 }
 
-bool Contact::stiffen(const State&, double elastic_energy) {
+bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
   constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
   double lost = 0;                              // ½ f p: by so much the stored energy would rise without penetration
@@ -485,7 +485,7 @@ bool Contact::stiffen(const State&, double elastic_energy) {
     lost += 0.5 * f * std::abs(e.gap());
     deepest = std::max(deepest, std::abs(e.gap()) / mean_radius(e.fiber_a, e.fiber_b));
   }
-  if (deepest <= law_.target_penetration && lost <= tolerated_softness * elastic_energy) return false;
+  if (deepest <= slack * law_.target_penetration && lost <= slack * tolerated_softness * elastic_energy) return false;
   bool changed = false;
   for (ContactElement& e : elements_) {
     const double p_reg = regularisation(e), f = e.force(p_reg);

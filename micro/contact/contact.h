@@ -46,7 +46,7 @@ class Contact final : public Effect {
   void keep(Archive& archive) override;
   /// Raises preloads by the penetrations that remain, where these are above their target, or where the work that forces
   /// have lost on them is more than 0.5 % of the elastic energy: by so much the answer is too soft.
-  [[nodiscard]] bool stiffen(const State& state, double elastic_energy) override;
+  [[nodiscard]] bool stiffen(const State& state, double elastic_energy, double slack) override;
 
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
   /// Friction of each of `elements`; empty without friction.

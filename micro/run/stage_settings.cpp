@@ -1,6 +1,7 @@
 #include "micro/run/stage_settings.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -96,10 +97,10 @@ LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, cons
 }
 
 double tolerance_factor(const Stage& stage, bool is_last, double to) {
-  // Fibers that are still being damped are on their way, not in equilibrium.
   constexpr double on_the_way = 1e3;
+  if (!(stage.proximal_start > 0)) return 1;
   const bool ends_at_rest = stage.proximal_end == 0 || (is_last && !stage.separate_yarns);
-  return stage.proximal_start > 0 && (to < 1 || !ends_at_rest) ? on_the_way : 1;
+  return ends_at_rest ? std::pow(on_the_way, std::min(1.0, 2 * (1 - to))) : on_the_way;
 }
 
 }  // namespace trame::micro

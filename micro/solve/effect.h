@@ -72,9 +72,12 @@ class Effect {
   virtual void commit(const State& /*state*/) {}
   /// Passes through all that goes from one increment to the next, as it is after `commit`.
   virtual void keep(Archive& /*archive*/) {}
-  /// Looks whether the equilibrium `state` is as accurate as it must be, and where it is not makes itself stiffer.
-  /// Returns true where equilibrium has to be found again. `elastic_energy`: what the fibers store.
-  [[nodiscard]] virtual bool stiffen(const State& /*state*/, double /*elastic_energy*/) { return false; }
+  /// Looks whether the equilibrium `state` is as accurate as it must be, up to `slack` times its tolerances, and where
+  /// it is not makes itself stiffer. Returns true where equilibrium has to be found again. `elastic_energy`: what the
+  /// fibers store.
+  [[nodiscard]] virtual bool stiffen(const State& /*state*/, double /*elastic_energy*/, double /*slack*/) {
+    return false;
+  }
 };
 
 }  // namespace trame::micro

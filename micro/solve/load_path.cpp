@@ -41,13 +41,12 @@ double elastic_energy(const Effects& effects, const State& state) {
   return sum;
 }
 
-/// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not. On the way to equilibrium,
-/// where `slack` is more than 1, it may be soft.
+/// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not.
 bool is_stiff_enough(const Tools& tools, double slack, const State& state, IncrementReport& report) {
-  if (slack > 1 || report.n_stiffenings == tools.settings.max_stiffenings) return true;
+  if (report.n_stiffenings == tools.settings.max_stiffenings) return true;
   const double energy = elastic_energy(tools.effects, state);
   bool enough = true;
-  for (const auto& effect : tools.effects) enough = !effect->stiffen(state, energy) && enough;
+  for (const auto& effect : tools.effects) enough = !effect->stiffen(state, energy, slack) && enough;
   if (!enough) {
     ++report.n_stiffenings;
     tools.log("    contact made stiffer");
