@@ -57,6 +57,7 @@ std::vector<NewtonSettings::Part> fibers_apart(const StageModel& model) {
   constexpr double negligible_strain = 3e-10;
   const FiberMesh& mesh = model.field.mesh();
   std::vector<NewtonSettings::Part> parts;
+  parts.reserve(mesh.n_fibers());
   for (Index f = 0; f < mesh.n_fibers(); ++f)
     parts.push_back({model.layout.first_vector(model.field.element_node(f, 0)),
                      model.layout.first_vector(model.field.last_node(f) + 1),
