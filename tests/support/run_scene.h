@@ -47,6 +47,7 @@ inline Material isotropic(double young_modulus, double poisson_ratio) {
 /// Drives of all six dofs of a body by a dead force and no moment: a free body.
 inline std::vector<Drive> free_body(const std::string& body, const Vec3& force) {
   std::vector<Drive> drives;
+  drives.reserve(6);
   for (int d = 0; d < 6; ++d)
     drives.push_back({body, static_cast<BodyDof>(d), DriveMode::force, d < 3 ? force[d] : 0.0, ""});
   return drives;
