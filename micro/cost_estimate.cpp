@@ -12,8 +12,8 @@ namespace trame::micro {
 
 namespace {
 
-/// How often things are done in an increment. Runs of the shipped scenes take 10 iterations (plain_small) to 14
-/// (twill_small) an increment.
+/// How often things are done in an increment. Runs of the shipped scenes take 5 (plain_small) to 20 iterations (plain)
+/// an increment.
 constexpr double n_iterations = 11, n_detections = 4, n_assemblies = 3 * n_iterations,
                  n_substitutions = 6 * n_iterations;
 /// Two levels take more iterations, each of which reads their entries more often than those of a factor.

@@ -45,25 +45,30 @@ TEST(Tolerances, StayLooseWhereDampingDoes) {
   EXPECT_GT(tolerance_factor(separation, true, 1), 1);
 }
 
-/// Whether contact of two crossed fibers makes itself stiffer.
+/// Two crossed fibers that press on each other.
+struct PressedFibers {
+  PressedFibers() {
+    contact.begin_step(scene.state, 1);
+    contact.update(scene.state);
+  }
+  test::TwoFibers scene{FiberModel::rod, test::TwoFibers::Arrangement::crossed};
+  ContactLaw law;
+  Contact contact{scene.field, law, {1, 1}};
+};
+
+/// Whether their contact makes itself stiffer.
 bool is_stiffened(double elastic_energy, double slack) {
-  const test::TwoFibers scene(FiberModel::rod, test::TwoFibers::Arrangement::crossed);
-  Contact contact(scene.field, {}, {1, 1});
-  contact.begin_step(scene.state, 1);
-  contact.update(scene.state);
-  return contact.stiffen(scene.state, elastic_energy, slack);
+  PressedFibers pressed;
+  return pressed.contact.stiffen(pressed.scene.state, elastic_energy, slack);
 }
 
 TEST(ContactStiffness, IsJudgedBySlackTolerancesOnTheWay) {
-  const test::TwoFibers scene(FiberModel::rod, test::TwoFibers::Arrangement::crossed);
-  const ContactLaw law;
-  Contact contact(scene.field, law, {1, 1});
-  contact.begin_step(scene.state, 1);
-  contact.update(scene.state);
+  const PressedFibers pressed;
+  const Contact& contact = pressed.contact;
   ASSERT_EQ(contact.elements().size(), 1u);
   const ContactElement& element = contact.elements()[0];
   // By its penetration, whatever the fibers store ...
-  const double plenty = 1e9, by_depth = contact.max_penetration_over_radius() / law.target_penetration;
+  const double plenty = 1e9, by_depth = contact.max_penetration_over_radius() / pressed.law.target_penetration;
   ASSERT_GT(by_depth, 1);
   EXPECT_FALSE(is_stiffened(plenty, 1.01 * by_depth));
   EXPECT_TRUE(is_stiffened(plenty, 0.99 * by_depth));
