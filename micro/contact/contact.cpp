@@ -33,8 +33,8 @@ ContactHistory remember(const FiberField& field, const ContactElement& e, Index 
   h.gap_offset = e.gap_offset;
   h.length = e.length;
   h.point = e.crossing;
-  // What the multiplier is worth once the penetration is gone; where the fibers have parted, nothing.
   h.preload = e.next_preload;
+  h.raised_at = e.raised_at;
   h.stuck = e.stuck;
   return h;
 }
@@ -243,6 +243,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
     const Vec2 ds = without_periods(field_, e.fiber_a, e.fiber_b, {known->s_a - p.s_a(), known->s_b - p.s_b()});
     if (known->point == p.point && 0.5 * (std::abs(ds[0]) + std::abs(ds[1])) < near) {
       e.preload = known->preload;
+      e.raised_at = known->raised_at;
       e.stuck = known->stuck;
     }
   }
@@ -475,17 +476,27 @@ double Contact::deepest_stuck_over_radius() const {
 bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
   constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
-  double lost = 0;                              // ½ f p: by so much the stored energy would rise without penetration
-  double deepest = 0;
+  // Of thousands of contacts a few that press next to nothing are deeper than the rest.
+  constexpr double tolerated_share = 0.01;  // of all forces
+  constexpr double deepest_tolerated = 3;   // times the target
+  double lost = 0;                          // ½ f p: by so much the stored energy would rise without penetration
+  double deepest = 0, pressing = 0, pressing_deep = 0;
+  bool across = false;  // no law presses across a gap, be it one contact of thousands
+  const double target = slack * law_.target_penetration;
   for (ContactElement& e : elements_) {
     e.stuck = e.stuck && e.gap() < 0;  // what held the fibers in each other has let go
     const double f = e.stuck ? 0 : e.force(regularisation(e));
     if (f <= 0) continue;
     // A gap under force is as wrong: the preload of a force that is gone.
     lost += 0.5 * f * std::abs(e.gap());
-    deepest = std::max(deepest, std::abs(e.gap()) / mean_radius(e.fiber_a, e.fiber_b));
+    const double depth = std::abs(e.gap()) / mean_radius(e.fiber_a, e.fiber_b);
+    deepest = std::max(deepest, depth);
+    pressing += f;
+    if (depth > target) pressing_deep += f;
+    across = across || (e.gap() > 0 && depth > target);
   }
-  if (deepest <= slack * law_.target_penetration && lost <= slack * tolerated_softness * elastic_energy) return false;
+  const bool wrong = across || deepest > deepest_tolerated * target || pressing_deep > tolerated_share * pressing;
+  if (!wrong && lost <= slack * tolerated_softness * elastic_energy) return false;
   bool changed = false;
   for (ContactElement& e : elements_) {
     const double p_reg = regularisation(e), f = e.force(p_reg);
@@ -585,6 +596,7 @@ void Contact::commit(const State& state) {
     e.next_scale = e.penalty_scale;
     // What the multiplier is worth once the penetration is gone; where the fibers have parted, nothing.
     e.next_preload = e.gap() < e.preload ? e.preload : 0;
+    raise_next_preload(e);
     e.penetration_before = e.work_of_raising = e.force_raised_under = 0;
   }
   if (law_.adapt_penalty) adapt_penalties();
@@ -618,6 +630,17 @@ void Contact::keep(Archive& archive) {
   known_.clear();
   stick_slip_.clear();
   note_loaded_particles();
+}
+
+/// The next step begins with the force that the element has now at no penetration, so that penetrations do not add up
+/// from increment to increment. Where that has made no difference before, as at ends that are tied one in the other, it
+/// would raise the force each time.
+void Contact::raise_next_preload(ContactElement& e) const {
+  constexpr double no_difference = 0.1;
+  const double p_reg = regularisation(e), f = e.force(p_reg), p = std::abs(e.gap());
+  if (!law_.adapt_penalty || f <= 0 || e.stuck || std::abs(p - e.raised_at) <= no_difference * e.raised_at) return;
+  e.next_preload = penetration_of_force(f, e.penalty, p_reg);
+  e.raised_at = p;
 }
 
 /// Where penetrations are deep, as they may be on the way to an equilibrium: zone by zone, up to eight consecutive

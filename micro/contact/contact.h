@@ -44,8 +44,9 @@ class Contact final : public Effect {
   [[nodiscard]] Ledger ledger(const State& state) const override;
   void commit(const State& state) override;
   void keep(Archive& archive) override;
-  /// Raises preloads by the penetrations that remain, where these are above their target, or where the work that forces
-  /// have lost on them is more than 0.5 % of the elastic energy: by so much the answer is too soft.
+  /// Raises preloads by the penetrations that remain, where 1 % of the forces press deeper than the target or one of
+  /// them three times as deep, or where the work that forces have lost on penetrations is more than 0.5 % of the
+  /// elastic energy: by so much the answer is too soft.
   [[nodiscard]] bool stiffen(const State& state, double elastic_energy, double slack) override;
 
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
@@ -88,6 +89,7 @@ class Contact final : public Effect {
   /// The arc length of the same place within the first period, of a fiber that comes back.
   [[nodiscard]] double in_first_period(Index fiber, double s) const;
   void note_loaded_particles();
+  void raise_next_preload(ContactElement& element) const;
   void adapt_penalties();
   /// Books what became of the contacts of the last accepted state on the way to `state`. Returns the force of each of
   /// `elements` at the step's start.

@@ -91,12 +91,12 @@ struct ContactHistory {
   double gap_offset = 0;  ///< penetration from which the gap is counted, length; see Contact::offset_gaps
   double length = 0;      ///< of the element; 0: unknown
   bool point = false;
-  double preload = 0;  ///< see ContactElement
-  bool stuck = false;  ///< see ContactElement
+  double preload = 0, raised_at = 0;  ///< see ContactElement
+  bool stuck = false;                 ///< see ContactElement
 
   void keep(Archive& archive) {
     archive(fiber_a, fiber_b, image[0], image[1], s_a, s_b, normal, traction, penalty_scale, touches, gap_offset,
-            length, point, preload, stuck);
+            length, point, preload, raised_at, stuck);
   }
 };
 
@@ -161,6 +161,7 @@ struct ContactElement {
   /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
   /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
   double preload = 0;
+  double raised_at = 0;           ///< penetration at the accepted increment that raised the preload last
   bool has_pressed = false;       ///< in the increment, since it was last looked for without `keep`
   bool stuck = false;             ///< raising the preload changed nothing: what holds the fibers here is not contact
   double penetration_before = 0;  ///< when the preload was last raised in this increment

@@ -86,9 +86,10 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
   int n_holds = 0;       // equilibria that there were with damping only
   double held_by = 0;    // residual without it at the first of them
   bool arrived = false;  // an equilibrium of the contacts known before
-  // Contacts that come up and preloads that are raised undo an equilibrium: it is not worth much before.
-  constexpr double rough = 100;
-  double roughness = slack > 1 ? 1 : rough;
+  // Contacts that come up and preloads that are raised undo an equilibrium: it is not worth much before. Whether
+  // raising makes a difference is not to be told from a coarse one.
+  constexpr double first = 1e4, later = 100;  // times the tolerances
+  double roughness = slack > 1 ? 1 : first;
   report.n_stiffenings = 0;
   newton.reset_reach();
   for (;;) {
@@ -117,7 +118,7 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
         if (is_free(tools, motion, slack, state, held_by)) return {true, "", {}};
         if (++n_holds > settings.max_holds) return {false, restless, {}, false, true};
       }
-      if (stiff) roughness = 1;
+      roughness = stiff ? 1 : std::min(roughness, later);
       if (!settled && !was_rough && ++n_undone > settings.max_geometry_updates)
         return {false, fmt::format("contacts do not settle (relative residual {:.1e})", report.residual), r.worst_dof};
     }

@@ -80,5 +80,24 @@ TEST(ContactStiffness, IsJudgedBySlackTolerancesOnTheWay) {
   EXPECT_TRUE(is_stiffened(0.99 * least, loose));
 }
 
+TEST(ContactStiffness, EachIncrementBeginsWithTheForceOfTheLastAtNoPenetration) {
+  PressedFibers pressed;
+  Contact& contact = pressed.contact;
+  const State& state = pressed.scene.state;
+  const auto next_increment = [&] {
+    contact.commit(state);
+    contact.begin_step(state, 1);
+    contact.update(state);
+    return contact.elements().at(0);
+  };
+  const ContactElement before = contact.elements().at(0);
+  const double p_reg = contact.regularisation(before), f = before.force(p_reg);
+  const ContactElement raised = next_increment();
+  EXPECT_NEAR(raised.law(p_reg).force(0), f, 1e-12 * f);
+  // Fibers that do not give way, as tied ends, are not pressed on ever more.
+  const ContactElement again = next_increment();
+  EXPECT_NEAR(again.law(p_reg).force(0), f, 1e-12 * f);
+}
+
 }  // namespace
 }  // namespace trame::micro
