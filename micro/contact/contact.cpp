@@ -265,7 +265,7 @@ StickSlip Contact::make_stick_slip(ContactElement& e, const ContactHistory* know
   place_particles(field_, e);
   s.normal = e.measured.force_direction.normalized();
   s.x_start = e.relative_position(field_.layout(), start_);
-  s.slip_limit = law_.friction_coefficient * e.force(regularisation(e));
+  s.slip_limit = law_.friction_coefficient * e.normal_force(regularisation(e));
   s.tangential_stiffness = s.slip_limit / (law_.reversible_slip * mean_radius(e.fiber_a, e.fiber_b));
   if (known && known->traction >= 0) {
     // Tractions go with the length that the element stands for. What the limit no longer bears is gone without a slip.
@@ -589,7 +589,7 @@ void Contact::commit(const State& state) {
     // The limit has gone from that of the force at the step's start to what it is.
     if (slip.slides)
       booked_[Sink::friction] +=
-          0.5 * (1 + law_.friction_coefficient * force_at_start[i] / stick_slip_[i].slip_limit) * slip.dissipated;
+          0.5 * (1 + force_at_start[i] / elements_[i].force(regularisation(elements_[i]))) * slip.dissipated;
     tractions_[i] = slip.force;
   }
   for (ContactElement& e : elements_) {

@@ -314,7 +314,7 @@ void add_friction_by_limit(const FiberField& field, const ContactElement& e, con
     terms.add_left(layout.first_vector(node) + v, coefficient * by_limit);
   });
   const LocalForms local(field, e.pair.chord.a, e.pair.chord.b);
-  const double limit_by_gap = -friction_coefficient * e.stiffness(p_reg);
+  const double limit_by_gap = -friction_coefficient * e.stiffness(p_reg) * e.measured.force_direction.norm();
   local.for_each_coefficient(gap_gradient(local, e), [&](Index node, int v, const Vec3& coefficient) {
     terms.add_right(layout.first_vector(node) + v, limit_by_gap * coefficient);
   });

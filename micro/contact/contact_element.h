@@ -195,7 +195,10 @@ struct ContactElement {
     if (force_raised_under <= 0) return work_of_raising;
     return work_of_raising + work_of_new_law(0.5 * (force_raised_under + force(p_reg)), raised_from, law(p_reg));
   }
+  /// Of the gap: what the energy falls by as it opens.
   [[nodiscard]] double force(double p_reg) const { return law(p_reg).force(gap()); }
+  /// Of the fibers on each other: N = f |m|, which Coulomb's law is about.
+  [[nodiscard]] double normal_force(double p_reg) const { return force(p_reg) * measured.force_direction.norm(); }
   [[nodiscard]] double stiffness(double p_reg) const { return penalty_stiffness(gap() - preload, penalty, p_reg); }
   /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
   [[nodiscard]] double energy(double p_reg) const { return law(p_reg).energy(gap()); }

@@ -30,10 +30,9 @@ ContactRecord record_contacts(const StageModel& model, const State& state, const
     record.s_a.push_back(at.s_a * scales.length);
     record.s_b.push_back(at.s_b * scales.length);
     record.position.push_back(0.5 * (a + b) * scales.length);
-    const Vec3 direction = e.measured.force_direction;
-    record.normal.push_back(direction.normalized());
+    record.normal.push_back(e.measured.force_direction.normalized());
     record.gap.push_back(gap * scales.length);
-    record.normal_force.push_back(e.force(model.contact->regularisation(e)) * direction.norm() * scales.force());
+    record.normal_force.push_back(e.normal_force(model.contact->regularisation(e)) * scales.force());
     const bool rubs = !stick_slip.empty();
     record.friction_force.push_back(rubs ? Vec3(-friction(stick_slip[i], b - a).force * scales.force()) : Vec3::Zero());
     record.slip.push_back(rubs ? Vec3(stick_slip[i].tangential(b - a - stick_slip[i].x_start) * scales.length)

@@ -105,6 +105,32 @@ TEST(Penalty, ParallelFibersPressWithTheLawPerLength) {
     }
 }
 
+// Where sections stand inclined to the chord, what fibers press with is more than what the gap is held by.
+TEST(Contact, FrictionBearsUpToMuTimesTheForceThatFibersGet) {
+  constexpr FiberModel model = FiberModel::enriched;
+  test::TwoFibers fibers(model, test::TwoFibers::Arrangement::crossed);
+  double most_inclined = 0;
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    const State state = test::perturbed(fibers.layout, fibers.state, 0.1, seed);
+    ContactLaw law;
+    Contact rough(fibers.field, law, {1, 1});
+    law.friction = false;
+    Contact smooth(fibers.field, law, {1, 1});
+    for (Contact* contact : {&rough, &smooth}) {
+      contact->begin_step(state, 1);
+      contact->update(state);
+      ASSERT_EQ(contact->elements().size(), 1u);
+    }
+    const auto force = test::assemble(smooth, fibers.layout, state).force;
+    Vec3 of_b = Vec3::Zero();
+    for (Index n = fibers.field.element_node(1, 0); n <= fibers.field.last_node(1); ++n)
+      of_b += force.segment<3>(fibers.layout.first_dof(n));
+    EXPECT_NEAR(rough.stick_slip().at(0).slip_limit, law.friction_coefficient * of_b.norm(), 1e-12);
+    most_inclined = std::max(most_inclined, smooth.elements()[0].measured.force_direction.norm() - 1);
+  }
+  EXPECT_GT(most_inclined, 1e-3);
+}
+
 /// Two parallel fibers of which the second lies on the first, and the effects' view of them.
 struct FiberOnFiber {
   explicit FiberOnFiber(double distance) {
