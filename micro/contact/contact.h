@@ -6,22 +6,11 @@
 #include <vector>
 
 #include "micro/contact/contact_element.h"
+#include "micro/contact/contact_law.h"
 #include "micro/contact/proximity.h"
 #include "micro/solve/effect.h"
 
 namespace trame::micro {
-
-/// Numbers of the contact law, in the unit system of the model.
-struct ContactLaw {
-  ProximitySearch search;
-  double penalty = 0.02;             ///< starting stiffness per length over the modulus
-  double target_penetration = 0.01;  ///< in radii
-  double regularisation = 0.1;       ///< p_reg of the penalty, in radii
-  bool adapt_penalty = true;         ///< preloads and penalties follow what the scene needs
-  bool friction = true;
-  double friction_coefficient = 0.2;
-  double reversible_slip = 0.05;  ///< in radii
-};
 
 /// Penalty contact with Coulomb friction between fibers that run side by side or cross.
 class Contact final : public Effect {

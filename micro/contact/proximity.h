@@ -10,9 +10,8 @@
 /// a spacing, not an angle: fibers that wind around each other stay at one distance at any angle. In between both kinds
 /// act, with weights that add up to one and go over into each other. Swapping a and b changes nothing.
 
-#include <functional>
-
 #include "micro/contact/closest_points.h"
+#include "micro/contact/contact_law.h"
 
 namespace trame::micro {
 
@@ -59,13 +58,6 @@ struct PlacesInCell {
 };
 [[nodiscard]] PlacesInCell in_first_periods(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair);
 [[nodiscard]] PlacesInCell counted_on(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair);
-
-struct ProximitySearch {
-  double spacing = 0.5;        ///< of samples, in element lengths
-  double search_margin = 0.5;  ///< pairs up to this surface distance are returned, in radii (the mean of both)
-  bool self_contact = false;
-  std::function<bool(Index, Index)> wanted;  ///< pairs of fibers to look at, but for images; empty: all
-};
 
 /// All proximities, sorted by fibers and arc length. Result and order depend on the state alone.
 [[nodiscard]] std::vector<Proximity> find_proximities(const FiberField& field, const State& state,

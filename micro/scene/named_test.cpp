@@ -60,7 +60,7 @@ class StageBuilder {
   /// Ends of a family follow the sides that are strained along it; a period is strained itself.
   void strain_sides(const std::string& family, double value) {
     const BodyDof axis = axis_of(family == "warp");
-    if (is_periodic(family)) return strain("cell/" + family, axis, value);
+    if (is_periodic(family)) return strain(period_name(family == "warp"), axis, value);
     strain(fmt::format("side/{}/*", family), axis, value);
     for (const char* end : {"start", "end"})
       stage_.drives.push_back({fmt::format("{}/*/{}", family, end),
@@ -147,7 +147,7 @@ bool may_turn(const Scene& scene, const YarnKind& kind) {
 void release_ends(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
   const bool warp = test.along_warp.value_or(true);
   const std::string other = warp ? "weft" : "warp";
-  if (stage.is_periodic(other)) return stage.release("cell/" + other, {axis_of(!warp)});
+  if (stage.is_periodic(other)) return stage.release(period_name(!warp), {axis_of(!warp)});
   const YarnSystem& yarns = warp ? scene.weave->weft : scene.weave->warp;
   const BodyDof turn = warp ? BodyDof::ry : BodyDof::rx, tilt = warp ? BodyDof::rx : BodyDof::ry;
   stage.release(other + "/*", {BodyDof::x, BodyDof::y, BodyDof::z, tilt, BodyDof::rz});
@@ -178,7 +178,7 @@ Stage release_stage(const NamedTest& test, const Scene& scene) {
 }
 
 /// The weft's period leans along the warp: simple shear.
-void shear(const NamedTest& test, StageBuilder& stage) { stage.strain("cell/weft", BodyDof::x, *test.strain); }
+void shear(const NamedTest& test, StageBuilder& stage) { stage.strain(period_name(false), BodyDof::x, *test.strain); }
 
 /// One end is drawn outward, the other one is free to follow through the fabric, all others are held.
 void pull_out(const NamedTest& test, StageBuilder& stage) {

@@ -77,9 +77,7 @@ FiberType read_fiber_type(const SceneValue& table, const std::vector<Key<FiberTy
     return type;
   }
   const SceneValue value = *table.find("linear_density");
-  const Material& material = materials[type.material];
-  if (material.density == 0) value.fail(fmt::format("needs the density of material.{}", material.name));
-  type.radius = std::sqrt(*input.linear_density / material.density / std::numbers::pi);
+  type.radius = std::sqrt(*input.linear_density / known_density(value, materials[type.material]) / std::numbers::pi);
   if (2 * type.radius < length.smallest)
     value.fail(fmt::format("a diameter of {:g} m; must be at least {:g} m", 2 * type.radius, length.smallest));
   return type;

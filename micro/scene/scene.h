@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "micro/contact/contact_law.h"
 #include "micro/core/types.h"
 #include "micro/fiber/fiber_model.h"
 #include "micro/rigid/body_dof.h"
@@ -159,18 +160,19 @@ struct Stage {
 
 enum class ContactScope : std::uint8_t { all, between_yarns, none };
 
+/// What a scene says of contact; the rest is as `ContactLaw` has it.
 struct ContactSettings {
   ContactScope scope = ContactScope::all;
-  bool self_contact = false;
-  bool friction = true;
-  double friction_coefficient = 0.2;  ///< µ
-  double reversible_slip = 0.05;      ///< u_rev / R, elastic slip before sliding
-  double spacing = 0.5;               ///< distance of contact elements along fibers, in element lengths
-  double search_margin = 0.5;         ///< gap up to which contact elements are made, in R
-  double target_penetration = 0.01;   ///< in R
-  bool adapt_penalty = true;          ///< zone by zone, toward the target penetration
-  double regularisation = 0.1;        ///< penetration at which the quadratic penalty goes over to a linear one, in R
-  double penalty = 0.02;  ///< starting stiffness per length, in units of the softer fiber's transverse modulus
+  bool self_contact = ProximitySearch{}.self_contact;
+  bool friction = ContactLaw{}.friction;
+  double friction_coefficient = ContactLaw{}.friction_coefficient;
+  double reversible_slip = ContactLaw{}.reversible_slip;
+  double spacing = ProximitySearch{}.spacing;
+  double search_margin = ProximitySearch{}.search_margin;
+  double target_penetration = ContactLaw{}.target_penetration;
+  bool adapt_penalty = ContactLaw{}.adapt_penalty;
+  double regularisation = ContactLaw{}.regularisation;
+  double penalty = ContactLaw{}.penalty;
 
   bool operator==(const ContactSettings&) const = default;
 };

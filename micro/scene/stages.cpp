@@ -117,7 +117,7 @@ Drive make_drive(const SceneValue& table, const DriveInput& input, const std::op
       table.find("force_per_width")
           ->fail("is for the periods of a periodic weave, \"cell/warp\" and \"cell/weft\", by their own names");
     drive.mode = DriveMode::force;
-    drive.value = *input.force_per_width * cell_width(*weave, bodies == period_names[0]);
+    drive.value = *input.force_per_width * cell_width(*weave, bodies == period_name(true));
   } else {
     translations_only("follow");
     drive.mode = DriveMode::follow;
@@ -173,7 +173,7 @@ bool leads_back(const Driven& driven, Index follower, Index leader) {
 
 /// Out of its plane and about it a cell does not move: turning it as a whole changes nothing.
 void check_period_drive(const SceneValue& table, const Drive& drive, const std::string& period) {
-  const bool along = period == period_names[0];
+  const bool along = period == period_name(true);
   if (drive.dof == BodyDof::x || (!along && drive.dof == BodyDof::y)) {
     if (drive.mode == DriveMode::follow) table.find("follow")->fail("is not for periods");
     return;

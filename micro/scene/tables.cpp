@@ -330,4 +330,9 @@ std::vector<Key<SolverSettings>> solver_keys() {
              "of many fibers, less time; auto takes what costs less")};
 }
 
+double known_density(const SceneValue& value, const Material& material) {
+  if (material.density == 0) value.fail(fmt::format("needs the density of material.{}", material.name));
+  return material.density;
+}
+
 }  // namespace trame::micro

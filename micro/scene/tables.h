@@ -85,4 +85,7 @@ struct DriveInput {
 [[nodiscard]] inline const Measure& displacement_measure(BodyDof dof) { return is_rotation(dof) ? angle : length; }
 [[nodiscard]] inline const Measure& force_measure(BodyDof dof) { return is_rotation(dof) ? moment : force; }
 
+/// The density of a material, kg/m³. Fails at `value`, which asks for it, where the material states none.
+[[nodiscard]] double known_density(const SceneValue& value, const Material& material);
+
 }  // namespace trame::micro

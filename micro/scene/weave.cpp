@@ -128,9 +128,7 @@ NameTable fiber_type_names(const Scene& scene) {
 /// Mass of a fiber per length; fails at `value` where the density is not known.
 double fiber_linear_density(const SceneValue& value, const Scene& scene, Index type) {
   const FiberType& fiber = scene.fiber_types[type];
-  const Material& material = scene.materials[fiber.material];
-  if (material.density == 0) value.fail(fmt::format("needs the density of material.{}", material.name));
-  return material.density * std::numbers::pi * fiber.radius * fiber.radius;
+  return known_density(value, scene.materials[fiber.material]) * std::numbers::pi * fiber.radius * fiber.radius;
 }
 
 Index number_of_fibers(const SceneValue& table, const YarnKindInput& input, const Scene& scene) {
@@ -415,9 +413,9 @@ std::vector<std::string> weave_body_names(const Weave& weave) {
   for (const std::string& yarn : yarn_names(weave))
     for (const char* end : {"/start", "/end"})
       if (!system_of(yarn).periodic) names.push_back(yarn + end);
-  for (const auto& [family, period] : {std::pair{"warp", 0}, {"weft", 1}}) {
-    if ((period == 0 ? weave.warp : weave.weft).periodic) {
-      names.emplace_back(period_names[period]);
+  for (const auto& [family, yarns] : {std::pair{"warp", &weave.warp}, {"weft", &weave.weft}}) {
+    if (yarns->periodic) {
+      names.push_back(period_name(yarns == &weave.warp));
       continue;
     }
     for (const char* end : {"start", "end"}) names.push_back(fmt::format("side/{}/{}", family, end));

@@ -37,10 +37,10 @@ namespace trame::micro {
 /// Names of a weave's yarns: warp/1 … then weft/1 …
 [[nodiscard]] std::vector<std::string> yarn_names(const Weave& weave);
 
-/// Names of the bodies that stand for the period vectors of a cell, along warp and weft.
-inline constexpr std::array<const char*, 2> period_names = {"cell/warp", "cell/weft"};
+/// Name of the body that stands for the period vector of a cell along its warp, or along its weft.
+[[nodiscard]] constexpr const char* period_name(bool along_warp) { return along_warp ? "cell/warp" : "cell/weft"; }
 [[nodiscard]] inline bool is_period(const std::string& body) {
-  return body == period_names[0] || body == period_names[1];
+  return body == period_name(true) || body == period_name(false);
 }
 
 /// Width of the laid out patch across its warp, or across its weft.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "micro/scene/weave.h"
 #include "micro/scene/yarn_section.h"
 
 namespace trame::micro {
@@ -35,7 +36,7 @@ std::vector<Drive> pulls(const Weave& weave, double warp, double weft) {
   std::vector<Drive> drives;
   const auto add = [&](const YarnSystem& yarns, const std::string& family, BodyDof axis, double pull) {
     if (yarns.periodic) {
-      drives.push_back({"cell/" + family, axis, DriveMode::force, yarns.n_yarns * pull, "", {}});
+      drives.push_back({period_name(family == "warp"), axis, DriveMode::force, yarns.n_yarns * pull, "", {}});
       return;
     }
     drives.push_back({family + "/*/start", axis, DriveMode::force, -pull, "", {}});

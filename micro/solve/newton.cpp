@@ -24,8 +24,9 @@ std::string_view describe(NewtonOutcome::Status status) {
 
 NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
     : layout_(layout), settings_(settings), timers_(timers), n_threads_(n_threads),
-      linear_(layout, settings.precision, n_threads, settings.preconditioner), damping_(layout.n_vectors()),
-      force_(layout.n_dofs()), step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()),
+      linear_(layout, settings.precision, n_threads, settings.preconditioner),
+      control_(settings.step_cap, settings.damps_soft_modes), damping_(layout.n_vectors()), force_(layout.n_dofs()),
+      step_(layout.n_dofs()), inner_(layout.n_vectors()), outer_(layout.n_vectors()),
       last_step_(layout.n_vectors(), Vec3::Zero()) {
   settings_.units.resize(layout.n_vectors(), 1.0);
   reset_reach();
@@ -282,7 +283,7 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
   set_up(Assembler::Tangent::exact);
   if (!find(try_old_factor)) return false;
   constexpr int max_raises = 3;
-  for (int n = 0; settings_.damps_soft_modes && n < max_raises && raise_damping(prescribed); ++n) {
+  for (int n = 0; n < max_raises && raise_damping(prescribed); ++n) {
     step_ = load_;
     if (!find(true)) return false;
   }
@@ -296,49 +297,25 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
 /// of stiffness k = s·K s / s·s gets μ = k (‖s‖ / radius − 1). False if the step is short enough.
 bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
   const Largest longest = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
-  if (longest.size <= 1.2 * trust_radius_) return false;
+  if (!control_.wants_damping(longest.size)) return false;
   std::vector<Index> far;
   double work = 0, squares = 0;
   for (Index v = 0; v < layout_.n_vectors(); ++v) {
     const Eigen::Map<const Vec3> step(step_.data() + 3 * v), load(load_.data() + 3 * v);
     if (prescribed.fixed[3 * v] || prescribed.fixed[3 * v + 1] || prescribed.fixed[3 * v + 2] ||
-        step.norm() <= 0.5 * trust_radius_ * unit_[v])
+        step.norm() <= 0.5 * control_.radius() * unit_[v])
       continue;
     far.push_back(v);
     work += load.dot(step);
     squares += step.squaredNorm() / (unit_[v] * unit_[v]);
   }
   if (work <= 0) return false;
-  const double more = work / squares * (longest.size / trust_radius_ - 1);
+  const double more = work / squares * (longest.size / control_.radius() - 1);
   for (const Index v : far) {
     damping_[v] += more / (unit_[v] * unit_[v]);
     add_to_diagonal(v, more / (unit_[v] * unit_[v]));
   }
   return true;
-}
-
-/// After a step of which `alpha` was taken: how far the next may go, and how much damping is kept for it.
-void NewtonSolver::adapt_trust(double size, double alpha) {
-  if (alpha < 0.7)
-    trust_radius_ = std::clamp(alpha * size, settings_.step_cap / 64, settings_.step_cap);
-  else if (alpha >= 1)
-    trust_radius_ = std::min(2 * trust_radius_, settings_.step_cap);
-  if (size >= 0.7 * trust_radius_) return;
-  const double kept = size < 0.1 * trust_radius_ ? 0 : 0.25;
-  for (double& d : damping_) d *= kept;
-}
-
-/// Without damping the trust radius is the cap of whole steps. Where capped steps do not lower the residual, something
-/// soft goes to and fro across the solution: shorter ones find it.
-void NewtonSolver::adapt_cap(double residual_norm) {
-  if (residual_norm < 0.95 * lowest_residual_) {
-    lowest_residual_ = residual_norm;
-    n_capped_ = 0;
-    trust_radius_ = settings_.step_cap;
-  } else if (n_capped_ >= 4) {
-    n_capped_ = 0;
-    trust_radius_ = std::max(0.5 * trust_radius_, settings_.step_cap / 16);
-  }
 }
 
 void NewtonSolver::scale_diagonal(double factor) {
@@ -455,12 +432,8 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
   std::fill(damping_.begin(), damping_.end(), 0.0);
   const State start = state;
   std::fill(last_step_.begin(), last_step_.end(), Vec3::Zero());
-  trust_radius_ = settings_.step_cap;
-  lowest_residual_ = std::numeric_limits<double>::infinity();
-  n_capped_ = 0;
-  bool last_taken_whole = true;
+  control_ = {settings_.step_cap, settings_.damps_soft_modes};
   constexpr int max_renewals = 12;
-  int n_stuck = 0;  // steps of which next to nothing was taken, one after the other
   for (;; ++outcome.n_iterations) {
     // Limits of friction go with the forces, but do not run after them for ever.
     renews_limits_ = outcome.n_iterations < max_renewals;
@@ -484,13 +457,13 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
       return outcome;
     }
 
-    if (!settings_.damps_soft_modes) adapt_cap(r.norm());
+    control_.note_residual(r.norm());
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error. Fibers that bodies
     // take far along must not be distorted by a part of that.
     const double tolerance = remaining > 0 ? 1e-5 : std::clamp(0.1 / excess(r, slack), 1e-4, 0.02);
     const double n_entries = n_factor_entries();
     // Where fibers travel, contacts come and go with every step that was not taken whole: the last factor will not do.
-    const bool try_old_factor = settings_.damps_soft_modes || last_taken_whole;
+    const bool try_old_factor = settings_.damps_soft_modes || control_.took_whole_step();
     if (!find_step(effects, prescribed, state, remaining, tolerance, try_old_factor, outcome)) {
       const bool finite = std::all_of(values_.begin(), values_.end(), [](double v) { return std::isfinite(v); });
       outcome.status = finite ? NewtonOutcome::Status::not_positive_definite : NewtonOutcome::Status::not_a_number;
@@ -500,15 +473,13 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
       log(fmt::format("      new order, {}: {:.3g} entries, {:.3g} flops",
                       linear_.has_two_levels() ? "two levels" : "one level", n_factor_entries(), n_factor_flops()));
     const Largest step = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
-    const double cap = settings_.damps_soft_modes ? settings_.step_cap : trust_radius_;
-    double alpha = step.size > cap ? cap / step.size : 1.0;
-    if (alpha < 1) ++n_capped_;
+    double alpha = control_.part_of(step.size);
     // With a prescribed motion under way, or friction that goes with the normal force, the potential may rise along the
     // step: nothing to search.
     if (const double downhill = slope(prescribed); remaining == 0 && downhill < 0)
-      alpha = line_search(effects, state, alpha, cap / step.size, downhill, prescribed);
-    last_taken_whole = alpha >= 1;
-    if (settings_.damps_soft_modes) adapt_trust(step.size, alpha);
+      alpha = line_search(effects, state, alpha, control_.cap() / step.size, downhill, prescribed);
+    control_.note_taken(step.size, alpha);
+    for (double& d : damping_) d *= control_.damping_kept();
     if (log)
       log(fmt::format(
           "      largest step {:.2e} (vector {}), taken {:.2f} of it; {} factorisations, {} linear iterations so far",
@@ -517,11 +488,9 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     std::swap(state, trial_);
     remaining = alpha >= 1 ? 0.0 : remaining * (1 - alpha);
     if (remaining < 1e-12) remaining = 0;
-    // A force that jumps holds up line searches: contacts have come or gone, which is looked for anew.
-    constexpr double next_to_nothing = 0.02;
-    n_stuck = alpha < next_to_nothing && alpha * step.size < next_to_nothing * cap ? n_stuck + 1 : 0;
-    // A capped step may be as long as the cap of the travel: round-off shall not decide.
-    const bool held_up = n_stuck == 3;
+    // A force that jumps holds up line searches: contacts have come or gone, which is looked for anew. A capped step
+    // may be as long as the cap of the travel: round-off shall not decide.
+    const bool held_up = control_.is_held_up();
     if (held_up ||
         largest([&](Index v) { return (state.q[v] - start.q[v]).norm(); }).size > 1.01 * settings_.travel_cap) {
       ++outcome.n_iterations;

@@ -13,25 +13,28 @@
 #include "micro/core/timers.h"
 #include "micro/solve/effect.h"
 #include "micro/solve/linear_solver.h"
+#include "micro/solve/step_control.h"
 
 namespace trame::micro {
 
 using Effects = std::vector<std::unique_ptr<Effect>>;
 
 struct NewtonSettings {
-  double force_tolerance = 1e-6;  ///< residual norm over that of the forces that fibers get from outside
-  double force_floor = 1e-12;     ///< residual norm that counts as zero whatever the magnitudes, force
-  int max_iterations = 40;
-  double step_cap = 0.5;  ///< largest change of any vector in one iteration, in its unit
+  // A scene's; there are no others.
+  double force_tolerance = 0;  ///< residual norm over that of the forces that fibers get from outside
+  int max_iterations = 0;
+  double step_cap = 0;  ///< largest change of any vector in one iteration, in its unit
+
+  double force_floor = 1e-12;  ///< residual norm that counts as zero whatever the magnitudes, force
   FactorPrecision precision = FactorPrecision::double_precision;
   Preconditioner preconditioner = Preconditioner::factor;
-  std::function<CoarseSpace(const State&)> coarse_space;  ///< of two levels; may be empty
+  std::function<CoarseSpace(const State&)> coarse_space{};  ///< of two levels; may be empty
   /// Largest change of any vector before contact is looked for again, in its unit.
   double travel_cap = std::numeric_limits<double>::infinity();
   /// Damp what is soft instead of scaling whole steps down to the cap. For paths of equilibria: where fibers travel
   /// far, held back by a proximal term, single ones that are free to go run ahead into others.
   bool damps_soft_modes = true;
-  std::vector<double> units;  ///< of each vector: what counts as far
+  std::vector<double> units{};  ///< of each vector: what counts as far
   /// Moments over these lengths count as forces, and forces times them as moments, where there are no others.
   double longest_arm = std::numeric_limits<double>::infinity(), shortest_arm = 0;
   /// Consecutive vectors that must be in equilibrium by themselves, as those of a fiber: what others are loaded with
@@ -40,7 +43,7 @@ struct NewtonSettings {
     Index begin = 0, end = 0;
     double negligible = 0;  ///< residual norm that is nothing for it, force
   };
-  std::vector<Part> parts;
+  std::vector<Part> parts{};
   std::function<bool()> stop = [] { return false; };  ///< asked before each iteration: whether to end without a result
 };
 
@@ -148,8 +151,6 @@ class NewtonSolver {
   [[nodiscard]] bool find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state,
                                double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
-  void adapt_trust(double size, double alpha);
-  void adapt_cap(double residual_norm);
   void scale_diagonal(double factor);
   void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(Effects& effects, const State& state, double alpha, double longest,
@@ -174,9 +175,7 @@ class NewtonSolver {
   LinearSolver linear_;
   UnsymmetricTerms unsymmetric_;  // of the system that has just been solved
   Residual round_off_;
-  double trust_radius_ = 0;             // of the ball in which the tangent is trusted, like step_cap
-  double lowest_residual_ = 0;          // norm, in this solve
-  int n_capped_ = 0;                    // steps at the cap since then
+  StepControl control_;                 // of this solve
   bool renews_limits_ = false;          // of friction, with each iteration
   bool indefinite_ = false;             // the last tangent of this solve was not positive definite
   std::vector<Index> owned_from_;       // n_threads + 1 node limits

@@ -8,6 +8,7 @@
 #include <unsupported/Eigen/Splines>
 
 #include "micro/core/name_table.h"
+#include "micro/scene/weave.h"
 #include "micro/scene/yarn_section.h"
 
 namespace trame::micro {
@@ -160,7 +161,7 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem
     }
   }
   if (system.periodic) {
-    assembly.period_bodies[is_warp ? 0 : 1] = add_body(assembly, "cell/" + family, place(2 * half_length, 0, 0));
+    assembly.period_bodies[is_warp ? 0 : 1] = add_body(assembly, period_name(is_warp), place(2 * half_length, 0, 0));
     return;
   }
   add_body(assembly, "side/" + family + "/start", place(-half_length, 0, 0));

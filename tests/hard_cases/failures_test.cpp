@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "micro/model.h"
+#include "micro/run/stage_settings.h"
 #include "micro/weave/flat_start.h"
 #include "tests/support/hard_case.h"
 
@@ -60,10 +61,8 @@ StageRun run_with(Spoils what, double from) {
   StageModel model(scene, assembly, scene.stages[0], start_of(assembly));
   model.effects.push_back(std::make_unique<Unsound>(model.layout, what, from));
 
-  NewtonSettings settings;
-  settings.travel_cap = 0.5;
   Timers timers;
-  NewtonSolver newton(model.layout, settings, 1, timers);
+  NewtonSolver newton(model.layout, newton_settings(scene, model, [] { return false; }), 1, timers);
   const LoadPathSettings path{.n_increments = 10,
                               .max_geometry_updates = 12,
                               .friction_tolerance = 1e-4,

@@ -68,7 +68,8 @@ Vec3 tip(FiberModel model, bool twist_stretch, Index n_elements) {
     effects.push_back(std::make_unique<Rods>(field, scene.materials));
   effects.push_back(std::make_unique<TipForce>(layout, Vec3(0, 0, end_force)));
   Timers timers;
-  NewtonSolver newton(layout, {1e-9, 1e-13, 60, 1e9}, 1, timers);
+  NewtonSolver newton(layout, {.force_tolerance = 1e-9, .max_iterations = 60, .step_cap = 1e9, .force_floor = 1e-13}, 1,
+                      timers);
   newton.cover_sparsity(effects);
   constexpr int n_steps = 8;
   for (int step = 1; step <= n_steps; ++step) {

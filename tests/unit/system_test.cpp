@@ -329,7 +329,8 @@ TEST(Newton, PrescribedMotionPullsAChainStraight) {
   Effects effects;
   effects.push_back(std::make_unique<Springs>(chain.layout, 3.0));
   Timers timers;
-  NewtonSolver newton(chain.layout, {1e-10, 1e-14, 20, 1e9}, 1, timers);
+  NewtonSolver newton(
+      chain.layout, {.force_tolerance = 1e-10, .max_iterations = 20, .step_cap = 1e9, .force_floor = 1e-14}, 1, timers);
   newton.cover_sparsity(effects);
   PrescribedMotion prescribed;
   prescribed.fixed.assign(15, 0);

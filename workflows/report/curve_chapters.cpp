@@ -7,6 +7,7 @@
 #include <functional>
 #include <numbers>
 
+#include "micro/scene/weave.h"
 #include "workflows/curves/curves_plot.h"
 #include "workflows/report/gnuplot.h"
 #include "workflows/report/html.h"
@@ -89,7 +90,8 @@ std::string curves_figure(const std::vector<Curve>& curves) {
 
 /// Sides, and the periods of a cell along its yarns, are shown as such.
 bool is_shown_as_side(const Curve& curve) {
-  return curve.name == "cell/warp, x" || curve.name == "cell/weft, y" ||
+  return curve.name == fmt::format("{}, x", micro::period_name(true)) ||
+         curve.name == fmt::format("{}, y", micro::period_name(false)) ||
          (curve.name.starts_with("side/warp/") && curve.name.ends_with(", x")) ||
          (curve.name.starts_with("side/weft/") && curve.name.ends_with(", y"));
 }
