@@ -187,6 +187,14 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
     if (prescribed.fixed[d]) step_[d] = 0;
 }
 
+/// How exactly steps that rub are solved for (Eisenstat and Walker's second choice): what the last one has left of the
+/// residual tells how good the tangent is. Without friction inexact steps bend slender fibers so that they stretch,
+/// which costs many iterations more.
+double NewtonSolver::forcing_term() const {
+  constexpr double safety = 0.3, coarsest = 0.02;
+  return std::min(safety * reduction_ * reduction_, coarsest);
+}
+
 /// Solves for the step from `state`, up to `tolerance` of its energy. The last factor is tried first, even that of
 /// another pattern: a few iterations on it cost less than a new one. Where the tangent is not positive definite, the
 /// factor is that of its projection, and the iterations behind it may end early; with a motion to be made, which they
@@ -204,8 +212,9 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
   const bool may_end_early = remaining == 0;
   const auto solve = [&](int limit, Truncated truncated) {
     const auto guard = timers_.measure(Phase::solve);
-    const std::optional<int> n = unsymmetric_.empty() ? linear_.solve(values_, step_, tolerance, limit, truncated)
-                                                      : linear_.solve(values_, unsymmetric_, step_, tolerance, limit);
+    const std::optional<int> n =
+        unsymmetric_.empty() ? linear_.solve(values_, step_, tolerance, limit, truncated)
+                             : linear_.solve(values_, unsymmetric_, step_, std::max(tolerance, forcing_term()), limit);
     outcome.n_linear_iterations += n.value_or(limit);
     return n;
   };
@@ -433,6 +442,7 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
   const State start = state;
   std::fill(last_step_.begin(), last_step_.end(), Vec3::Zero());
   control_ = {settings_.step_cap, settings_.damps_soft_modes};
+  double last_norm = 0;  // of the residual
   constexpr int max_renewals = 12;
   for (;; ++outcome.n_iterations) {
     // Limits of friction go with the forces, but do not run after them for ever.
@@ -458,6 +468,8 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     }
 
     control_.note_residual(r.norm());
+    reduction_ = last_norm > 0 ? r.norm() / last_norm : 1;
+    last_norm = r.norm();
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error. Fibers that bodies
     // take far along must not be distorted by a part of that.
     const double tolerance = remaining > 0 ? 1e-5 : std::clamp(0.1 / excess(r, slack), 1e-4, 0.02);

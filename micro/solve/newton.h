@@ -150,6 +150,7 @@ class NewtonSolver {
   void impose(const PrescribedMotion& prescribed, double remaining);
   [[nodiscard]] bool find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state,
                                double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
+  [[nodiscard]] double forcing_term() const;
   [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
   void scale_diagonal(double factor);
   void add_to_diagonal(Index vector, double stiffness);
@@ -176,6 +177,7 @@ class NewtonSolver {
   UnsymmetricTerms unsymmetric_;  // of the system that has just been solved
   Residual round_off_;
   StepControl control_;                 // of this solve
+  double reduction_ = 1;                // of the residual, by the last step
   bool renews_limits_ = false;          // of friction, with each iteration
   bool indefinite_ = false;             // the last tangent of this solve was not positive definite
   std::vector<Index> owned_from_;       // n_threads + 1 node limits
