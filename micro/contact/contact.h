@@ -33,9 +33,9 @@ class Contact final : public Effect {
   [[nodiscard]] Ledger ledger(const State& state) const override;
   void commit(const State& state) override;
   void keep(Archive& archive) override;
-  /// Raises preloads by the penetrations that remain, where 1 % of the forces press deeper than the target or one of
-  /// them three times as deep, or where the work that forces have lost on penetrations is more than 0.5 % of the
-  /// elastic energy: by so much the answer is too soft.
+  /// Raises preloads by the penetrations that remain, where 1 % of the forces press deeper than the target, one of them
+  /// three times as deep or any across so wide a gap, or where the work that forces have lost on penetrations is more
+  /// than 0.5 % of the elastic energy: by so much the answer is too soft.
   [[nodiscard]] bool stiffen(const State& state, double elastic_energy, double slack) override;
 
   [[nodiscard]] const std::vector<ContactElement>& elements() const { return elements_; }
