@@ -192,7 +192,7 @@ void NewtonSolver::impose(const PrescribedMotion& prescribed, double remaining) 
 /// which costs many iterations more.
 double NewtonSolver::forcing_term() const {
   constexpr double safety = 0.3, coarsest = 0.02;
-  return std::min(safety * reduction_ * reduction_, coarsest);
+  return std::min(safety * control_.reduction() * control_.reduction(), coarsest);
 }
 
 /// Solves for the step from `state`, up to `tolerance` of its energy. The last factor is tried first, even that of
@@ -442,7 +442,6 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
   const State start = state;
   std::fill(last_step_.begin(), last_step_.end(), Vec3::Zero());
   control_ = {settings_.step_cap, settings_.damps_soft_modes};
-  double last_norm = 0;  // of the residual
   constexpr int max_renewals = 12;
   for (;; ++outcome.n_iterations) {
     // Limits of friction go with the forces, but do not run after them for ever.
@@ -468,8 +467,6 @@ NewtonOutcome NewtonSolver::solve(Effects& effects, const PrescribedMotion& pres
     }
 
     control_.note_residual(r.norm());
-    reduction_ = last_norm > 0 ? r.norm() / last_norm : 1;
-    last_norm = r.norm();
     // As exact as the step deserves: far from the solution its nonlinearity is the larger error. Fibers that bodies
     // take far along must not be distorted by a part of that.
     const double tolerance = remaining > 0 ? 1e-5 : std::clamp(0.1 / excess(r, slack), 1e-4, 0.02);

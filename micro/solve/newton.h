@@ -177,7 +177,6 @@ class NewtonSolver {
   UnsymmetricTerms unsymmetric_;  // of the system that has just been solved
   Residual round_off_;
   StepControl control_;                 // of this solve
-  double reduction_ = 1;                // of the residual, by the last step
   bool renews_limits_ = false;          // of friction, with each iteration
   bool indefinite_ = false;             // the last tangent of this solve was not positive definite
   std::vector<Index> owned_from_;       // n_threads + 1 node limits

@@ -12,6 +12,8 @@ StepControl::StepControl(double step_cap, bool damps_soft_modes)
 /// Where capped steps do not lower the residual, something soft goes to and fro across the solution: shorter ones find
 /// it.
 void StepControl::note_residual(double norm) {
+  reduction_ = last_residual_ > 0 ? norm / last_residual_ : 1;
+  last_residual_ = norm;
   if (damps_soft_modes_) return;
   constexpr double lower = 0.95, shortest = 1.0 / 16;
   constexpr int many_capped = 4;
@@ -25,16 +27,11 @@ void StepControl::note_residual(double norm) {
   }
 }
 
-double StepControl::part_of(double size) {
-  if (size <= cap()) return 1;
-  ++n_capped_;
-  return cap() / size;
-}
-
 void StepControl::note_taken(double size, double alpha) {
   constexpr double next_to_nothing = 0.02;
   n_stuck_ = alpha < next_to_nothing && alpha * size < next_to_nothing * cap() ? n_stuck_ + 1 : 0;
   took_whole_step_ = alpha >= 1;
+  if (size > cap()) ++n_capped_;
   if (!damps_soft_modes_) return;
   constexpr double shortest = 1.0 / 64, far = 0.7, near = 0.1;  // far and near in radii
   if (alpha < 0.7)

@@ -11,10 +11,12 @@ class StepControl {
  public:
   StepControl(double step_cap, bool damps_soft_modes);
 
-  /// Before a step: whether the residual falls, which its norm tells.
+  /// Before a step: what the last one has made of the norm of the residual.
   void note_residual(double norm);
+  /// By so much the last step has changed it; 1 where there was none.
+  [[nodiscard]] double reduction() const { return reduction_; }
   /// Part of a step of this length that may be taken.
-  [[nodiscard]] double part_of(double size);
+  [[nodiscard]] double part_of(double size) const { return size <= cap() ? 1 : cap() / size; }
   /// After it: what was taken of it.
   void note_taken(double size, double alpha);
 
@@ -33,7 +35,7 @@ class StepControl {
   double step_cap_;
   bool damps_soft_modes_;
   double radius_;  // of the ball in which the tangent is trusted, or the cap of whole steps
-  double lowest_residual_;
+  double lowest_residual_, last_residual_ = 0, reduction_ = 1;
   double damping_kept_ = 1;
   int n_capped_ = 0;  // steps at the cap since the residual was lowest
   int n_stuck_ = 0;

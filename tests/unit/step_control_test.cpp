@@ -33,11 +33,18 @@ TEST(StepControl, WholeStepsAreCappedShorterAsLongAsTheResidualDoesNotFall) {
   StepControl control(0.8, false);
   EXPECT_FALSE(control.wants_damping(100));
   control.note_residual(1);
-  for (int n = 0; n < 4; ++n) EXPECT_EQ(control.part_of(1.6), 0.5);
+  const auto take = [&] {
+    const double part = control.part_of(1.6);
+    control.note_taken(1.6, part);
+    return part;
+  };
+  for (int n = 0; n < 4; ++n) EXPECT_EQ(take(), 0.5);
   control.note_residual(0.96);
   EXPECT_EQ(control.cap(), 0.4);
-  for (int n = 0; n < 3; ++n) EXPECT_EQ(control.part_of(1.6), 0.25);
+  EXPECT_EQ(control.reduction(), 0.96);
+  for (int n = 0; n < 3; ++n) EXPECT_EQ(take(), 0.25);
   EXPECT_EQ(control.part_of(0.4), 1) << "is not capped";
+  control.note_taken(0.4, 1);
   control.note_residual(0.96);
   EXPECT_EQ(control.cap(), 0.4);
   control.note_residual(0.9);
