@@ -216,11 +216,6 @@ double Contact::starting_scale(const Proximity& p) const {
   return n > 0 ? std::exp(sum / n) : 1;
 }
 
-void Contact::set_penalty(ContactElement& e, double scale) const {
-  e.penalty_scale = scale;
-  e.penalty = law_.penalty * std::min(modulus_[e.fiber_a], modulus_[e.fiber_b]) * e.length * scale;
-}
-
 ContactElement Contact::make_element(const Proximity& p, const State& state, const ContactHistory* known) const {
   ContactElement e;
   e.pair = p;
@@ -248,11 +243,9 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
     }
   }
   e.offset -= fading_ * e.gap_offset;
-  set_penalty(e, known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
-  e.penalty_at_start = e.penalty;
-  e.preload_at_start = e.preload;
-  e.next_scale = e.penalty_scale;
-  e.next_preload = e.preload;
+  e.unit_penalty = law_.penalty * std::min(modulus_[e.fiber_a], modulus_[e.fiber_b]) * e.length;
+  e.set_scale(known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
+  e.begin_step();
   measure(field_, state, e);
   place_particles(field_, e);
   (void)e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b);
@@ -321,7 +314,7 @@ void Contact::update(const State& state, bool keep) {
       e.preload = same->preload;
       e.stuck = same->stuck;
       e.penetration_before = same->penetration_before;
-      set_penalty(e, same->penalty_scale);
+      e.set_scale(same->penalty_scale);
       e.penalty_at_start = same->penalty_at_start * e.length / same->length;
       e.preload_at_start = same->preload_at_start;
       e.work_of_raising = same->work_of_raising;
@@ -475,50 +468,17 @@ double Contact::deepest_stuck_over_radius() const {
 
 bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
-  constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
-  // Of thousands of contacts a few that press next to nothing are deeper than the rest.
-  constexpr double tolerated_share = 0.01;  // of all forces
-  constexpr double deepest_tolerated = 3;   // times the target
-  double lost = 0;                          // ½ f p: by so much the stored energy would rise without penetration
-  double deepest = 0, pressing = 0, pressing_deep = 0;
-  bool across = false;  // no law presses across a gap, be it one contact of thousands
-  const double target = slack * law_.target_penetration;
+  Softness softness(slack * law_.target_penetration);
   for (ContactElement& e : elements_) {
     e.stuck = e.stuck && e.gap() < 0;  // what held the fibers in each other has let go
     const double f = e.stuck ? 0 : e.force(regularisation(e));
-    if (f <= 0) continue;
-    // A gap under force is as wrong: the preload of a force that is gone.
-    lost += 0.5 * f * std::abs(e.gap());
-    const double depth = std::abs(e.gap()) / mean_radius(e.fiber_a, e.fiber_b);
-    deepest = std::max(deepest, depth);
-    pressing += f;
-    if (depth > target) pressing_deep += f;
-    across = across || (e.gap() > 0 && depth > target);
+    if (f > 0) softness.add(e.gap(), f, mean_radius(e.fiber_a, e.fiber_b));
   }
-  const bool wrong = across || deepest > deepest_tolerated * target || pressing_deep > tolerated_share * pressing;
-  if (!wrong && lost <= slack * tolerated_softness * elastic_energy) return false;
+  if (!softness.is_too_soft(slack * elastic_energy)) return false;
   bool changed = false;
   for (ContactElement& e : elements_) {
     const double p_reg = regularisation(e), f = e.force(p_reg);
-    if (f <= 0 || e.stuck) continue;
-    const double p = std::abs(e.gap());
-    e.work_of_raising = e.work_of_all_raising(p_reg);
-    e.force_raised_under = f;
-    e.raised_from = e.law(p_reg);
-    if (e.penetration_before > 0 && p > 0.5 * e.penetration_before) {
-      // Slow: the fibers resist about as much as the penalty does. Where even a stiff one makes no difference, it is
-      // not contact that holds them in each other.
-      if (e.penalty_scale < 0.999 * largest_penalty_scale)
-        set_penalty(e, std::min(4 * e.penalty_scale, largest_penalty_scale));
-      else if (p > 0.9 * e.penetration_before && e.gap() < 0) {
-        e.stuck = true;
-        continue;
-      }
-    }
-    // The force that it has now, at no penetration.
-    e.preload = penetration_of_force(f, e.penalty, p_reg);
-    e.penetration_before = std::max(p, 1e-12);
-    changed = true;
+    if (f > 0 && !e.stuck) changed = e.raise(e.gap(), f, p_reg) || changed;
   }
   return changed;
 }
@@ -555,7 +515,7 @@ std::vector<double> Contact::book_changes(const State& state) {
     const double p_reg = regularisation(e), along = 0.25 * spacing(e.fiber_a, e.fiber_b);
     const ContactElement* same =
         same_place(field_, sorted, e.pair, e.crossing ? std::max(mean_radius(e.fiber_a, e.fiber_b), along) : along);
-    booked_[Source::preloads] += e.work_of_all_raising(p_reg);
+    booked_[Source::preloads] += e.work_of_all_raising(e.force(p_reg), p_reg);
     const std::size_t j = same ? same - elements_n_.data() : 0;
     if (!same || std::exchange(went_on[j], 1) != 0) {
       force_at_start[i] = start_of_new[i].force;
@@ -592,13 +552,8 @@ void Contact::commit(const State& state) {
           0.5 * (1 + force_at_start[i] / elements_[i].force(regularisation(elements_[i]))) * slip.dissipated;
     tractions_[i] = slip.force;
   }
-  for (ContactElement& e : elements_) {
-    e.next_scale = e.penalty_scale;
-    // What the multiplier is worth once the penetration is gone; where the fibers have parted, nothing.
-    e.next_preload = e.gap() < e.preload ? e.preload : 0;
-    raise_next_preload(e);
-    e.penetration_before = e.work_of_raising = e.force_raised_under = 0;
-  }
+  for (ContactElement& e : elements_)
+    e.accept(e.gap(), e.force(regularisation(e)), regularisation(e), law_.adapt_penalty);
   if (law_.adapt_penalty) adapt_penalties();
   elements_n_ = elements_;
   history_.resize(elements_.size());
@@ -632,17 +587,6 @@ void Contact::keep(Archive& archive) {
   note_loaded_particles();
 }
 
-/// The next step begins with the force that the element has now at no penetration, so that penetrations do not add up
-/// from increment to increment. Where that has made no difference before, as at ends that are tied one in the other, it
-/// would raise the force each time.
-void Contact::raise_next_preload(ContactElement& e) const {
-  constexpr double no_difference = 0.1;
-  const double p_reg = regularisation(e), f = e.force(p_reg), p = std::abs(e.gap());
-  if (!law_.adapt_penalty || f <= 0 || e.stuck || std::abs(p - e.raised_at) <= no_difference * e.raised_at) return;
-  e.next_preload = penetration_of_force(f, e.penalty, p_reg);
-  e.raised_at = p;
-}
-
 /// Where penetrations are deep, as they may be on the way to an equilibrium: zone by zone, up to eight consecutive
 /// samples of a pair. It acts from the next step on: the elements stay as they are in the equilibrium, for what is
 /// recorded of it.
@@ -665,14 +609,7 @@ void Contact::adapt_penalties() {
       continue;
     }
     scale = adapted_penalty_scale(scale, penetration / target);
-    for (; begin < end; ++begin) {
-      ContactElement& e = elements_[begin];
-      if (e.penalty_scale == scale) continue;
-      // A preload keeps its force.
-      const double p_reg = regularisation(e), force = penalty_force(-e.next_preload, e.penalty, p_reg);
-      e.next_scale = scale;
-      e.next_preload = penetration_of_force(force, e.penalty * scale / e.penalty_scale, p_reg);
-    }
+    for (; begin < end; ++begin) elements_[begin].adapt(scale, regularisation(elements_[begin]));
   }
 }
 

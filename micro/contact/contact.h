@@ -64,7 +64,6 @@ class Contact final : public Effect {
                                             const ContactHistory* known) const;
   /// Friction as the element now stands: limit, stiffness and particles.
   [[nodiscard]] StickSlip make_stick_slip(ContactElement& element, const ContactHistory* known) const;
-  void set_penalty(ContactElement& element, double scale) const;
   /// Friction of element i. Only with friction.
   [[nodiscard]] Friction friction_of(std::size_t i, const State& state) const;
   [[nodiscard]] double penalty_energy_at(const State& state) const;
@@ -78,7 +77,6 @@ class Contact final : public Effect {
   /// The arc length of the same place within the first period, of a fiber that comes back.
   [[nodiscard]] double in_first_period(Index fiber, double s) const;
   void note_loaded_particles();
-  void raise_next_preload(ContactElement& element) const;
   void adapt_penalties();
   /// Books what became of the contacts of the last accepted state on the way to `state`. Returns the force of each of
   /// `elements` at the step's start.

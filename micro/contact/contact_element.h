@@ -6,59 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "micro/contact/augmented_penalty.h"
 #include "micro/contact/local_forms.h"
 #include "micro/contact/proximity.h"
 #include "micro/solve/unsymmetric_terms.h"
 
 namespace trame::micro {
-
-/// Force of the penalty at gap g (positive: apart): quadratic in the penetration p = −g up to p_reg, linear beyond,
-///   f = 0 (g ≥ 0),  k p²/(2 p_reg) (p < p_reg),  k (p − p_reg/2) else.
-[[nodiscard]] constexpr double penalty_force(double gap, double k, double p_reg) {
-  const double p = -gap;
-  return p <= 0 ? 0 : p < p_reg ? 0.5 * k * p * p / p_reg : k * (p - 0.5 * p_reg);
-}
-/// −df/dg ≥ 0.
-[[nodiscard]] constexpr double penalty_stiffness(double gap, double k, double p_reg) {
-  const double p = -gap;
-  return p <= 0 ? 0 : p < p_reg ? k * p / p_reg : k;
-}
-/// Potential: f = −dψ/dg.
-[[nodiscard]] constexpr double penalty_energy(double gap, double k, double p_reg) {
-  const double p = -gap;
-  return p <= 0 ? 0 : p < p_reg ? k * p * p * p / (6 * p_reg) : k * (0.5 * p * p - 0.5 * p * p_reg + p_reg * p_reg / 6);
-}
-/// The penetration at which the penalty gives a force: the inverse of `penalty_force`.
-[[nodiscard]] inline double penetration_of_force(double force, double k, double p_reg) {
-  if (force <= 0) return 0;
-  return force < 0.5 * k * p_reg ? std::sqrt(2 * p_reg * force / k) : force / k + 0.5 * p_reg;
-}
-
-/// ∫ p df up to a force: what the penalty's energy is short of force times penetration.
-[[nodiscard]] inline double complementary_energy(double force, double k, double p_reg) {
-  const double p = penetration_of_force(force, k, p_reg);
-  return force * p - penalty_energy(-p, k, p_reg);
-}
-
-/// A penalty with a preload: as ContactElement has them.
-struct PenaltyLaw {
-  double penalty = 0, preload = 0, p_reg = 0;
-  [[nodiscard]] double force(double gap) const { return penalty_force(gap - preload, penalty, p_reg); }
-  /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
-  [[nodiscard]] double energy(double gap) const {
-    return penalty_energy(gap - preload, penalty, p_reg) - penalty_energy(-preload, penalty, p_reg);
-  }
-};
-
-/// Work that must come in for one law to become another while the force stays, and the fibers give way or come nearer
-/// as it does: the change of ψ(p + preload) − ψ(preload) less that of force times penetration.
-[[nodiscard]] inline double work_of_new_law(double force, const PenaltyLaw& from, const PenaltyLaw& to) {
-  const auto part = [&](const PenaltyLaw& law) {
-    return force * law.preload - penalty_energy(-law.preload, law.penalty, law.p_reg) -
-           complementary_energy(force, law.penalty, law.p_reg);
-  };
-  return part(to) - part(from);
-}
 
 /// Force and energy of a contact at one end of a step.
 struct ContactAt {
@@ -69,14 +22,6 @@ struct ContactAt {
 /// at the same end.
 [[nodiscard]] constexpr double energy_brought(const ContactAt& start, const ContactAt& end) {
   return start.force < end.force ? start.energy : end.energy;
-}
-
-/// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes
-/// with 1/k at a given force, at most fourfold, and never falls. Held below `largest_penalty_scale`.
-constexpr double largest_penalty_scale = 400;
-[[nodiscard]] constexpr double adapted_penalty_scale(double scale, double ratio) {
-  constexpr double largest_rise = 4;
-  return std::min(scale * std::clamp(ratio * ratio, 1.0, largest_rise), largest_penalty_scale);
 }
 
 /// What history keeps of a contact element between detections, increments and stages.
@@ -140,7 +85,7 @@ struct Gap {
 };
 
 /// A pair of points that may touch.
-struct ContactElement {
+struct ContactElement : AugmentedPenalty {
   Proximity pair;                         ///< feet and chord at the state last followed
   std::array<Foot, 2> feet_at_iteration;  ///< where they are followed from, with what leans on them
   Vec2 lean_at_iteration = Vec2::Zero();
@@ -155,23 +100,9 @@ struct ContactElement {
   Vec3 side = Vec3::UnitZ();    ///< normal of the last accepted increment
   double offset = 0;            ///< distance along n at zero gap beyond what the sections account for (radii of rods)
   double length = 0;            ///< length of fiber that the element stands for
-  double penalty = 0;           ///< k, force over length
-  double penalty_scale = 1;     ///< adapted factor that `penalty` includes
   double gap_offset = 0;        ///< see ContactHistory; `offset` includes what is still granted of it
-  /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
-  /// the penetration that remains at an equilibrium, until none remains (augmented Lagrangian).
-  double preload = 0;
-  double raised_at = 0;           ///< penetration at the accepted increment that raised the preload last
-  bool has_pressed = false;       ///< in the increment, since it was last looked for without `keep`
-  bool stuck = false;             ///< raising the preload changed nothing: what holds the fibers here is not contact
-  double penetration_before = 0;  ///< when the preload was last raised in this increment
-  /// Penalty and preload with which it began the step, and with which it goes on.
-  double penalty_at_start = 0, preload_at_start = 0, next_scale = 1, next_preload = 0;
-  /// Work of raising them in this step: up to the last time, and what that was raised from, under which force; 0: it
-  /// was not raised. What it costs is known once equilibrium is found again.
-  double work_of_raising = 0, force_raised_under = 0;
-  PenaltyLaw raised_from;
-  Gap measured;  ///< at the state last followed
+  bool has_pressed = false;     ///< in the increment, since it was last looked for without `keep`
+  Gap measured;                 ///< at the state last followed
 
   /// What tells how it goes on from the gap that it has.
   void keep(Archive& archive) {
@@ -188,13 +119,6 @@ struct ContactElement {
     return b.evaluate(layout, state) - a.evaluate(layout, state);
   }
 
-  [[nodiscard]] PenaltyLaw law(double p_reg) const { return {penalty, preload, p_reg}; }
-  [[nodiscard]] PenaltyLaw law_at_start(double p_reg) const { return {penalty_at_start, preload_at_start, p_reg}; }
-  /// All the work of raising, with an equilibrium at the state last followed.
-  [[nodiscard]] double work_of_all_raising(double p_reg) const {
-    if (force_raised_under <= 0) return work_of_raising;
-    return work_of_raising + work_of_new_law(0.5 * (force_raised_under + force(p_reg)), raised_from, law(p_reg));
-  }
   /// Of the gap: what the energy falls by as it opens.
   [[nodiscard]] double force(double p_reg) const { return law(p_reg).force(gap()); }
   /// Of the fibers on each other: N = f |m|, which Coulomb's law is about.

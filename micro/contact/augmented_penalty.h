@@ -1,0 +1,182 @@
+#pragma once
+/// \file
+/// How a contact presses: a penalty with a preload, which rises until next to no penetration remains (augmented
+/// Lagrangian). Pure functions of a gap.
+
+#include <algorithm>
+#include <cmath>
+
+#include "micro/core/archive.h"
+
+namespace trame::micro {
+
+/// Force of the penalty at gap g (positive: apart): quadratic in the penetration p = −g up to p_reg, linear beyond,
+///   f = 0 (g ≥ 0),  k p²/(2 p_reg) (p < p_reg),  k (p − p_reg/2) else.
+[[nodiscard]] constexpr double penalty_force(double gap, double k, double p_reg) {
+  const double p = -gap;
+  return p <= 0 ? 0 : p < p_reg ? 0.5 * k * p * p / p_reg : k * (p - 0.5 * p_reg);
+}
+/// −df/dg ≥ 0.
+[[nodiscard]] constexpr double penalty_stiffness(double gap, double k, double p_reg) {
+  const double p = -gap;
+  return p <= 0 ? 0 : p < p_reg ? k * p / p_reg : k;
+}
+/// Potential: f = −dψ/dg.
+[[nodiscard]] constexpr double penalty_energy(double gap, double k, double p_reg) {
+  const double p = -gap;
+  return p <= 0 ? 0 : p < p_reg ? k * p * p * p / (6 * p_reg) : k * (0.5 * p * p - 0.5 * p * p_reg + p_reg * p_reg / 6);
+}
+/// The penetration at which the penalty gives a force: the inverse of `penalty_force`.
+[[nodiscard]] inline double penetration_of_force(double force, double k, double p_reg) {
+  if (force <= 0) return 0;
+  return force < 0.5 * k * p_reg ? std::sqrt(2 * p_reg * force / k) : force / k + 0.5 * p_reg;
+}
+
+/// ∫ p df up to a force: what the penalty's energy is short of force times penetration.
+[[nodiscard]] inline double complementary_energy(double force, double k, double p_reg) {
+  const double p = penetration_of_force(force, k, p_reg);
+  return force * p - penalty_energy(-p, k, p_reg);
+}
+
+/// A penalty with a preload.
+struct PenaltyLaw {
+  double penalty = 0, preload = 0, p_reg = 0;
+  [[nodiscard]] double force(double gap) const { return penalty_force(gap - preload, penalty, p_reg); }
+  /// Energy stored by the gap, none at zero: ψ(p + preload) − ψ(preload).
+  [[nodiscard]] double energy(double gap) const {
+    return penalty_energy(gap - preload, penalty, p_reg) - penalty_energy(-preload, penalty, p_reg);
+  }
+};
+
+/// Work that must come in for one law to become another while the force stays, and the fibers give way or come nearer
+/// as it does: the change of ψ(p + preload) − ψ(preload) less that of force times penetration.
+[[nodiscard]] inline double work_of_new_law(double force, const PenaltyLaw& from, const PenaltyLaw& to) {
+  const auto part = [&](const PenaltyLaw& law) {
+    return force * law.preload - penalty_energy(-law.preload, law.penalty, law.p_reg) -
+           complementary_energy(force, law.penalty, law.p_reg);
+  };
+  return part(to) - part(from);
+}
+
+/// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes
+/// with 1/k at a given force, at most fourfold, and never falls. Held below `largest_penalty_scale`.
+constexpr double largest_penalty_scale = 400;
+[[nodiscard]] constexpr double adapted_penalty_scale(double scale, double ratio) {
+  constexpr double largest_rise = 4;
+  return std::min(scale * std::clamp(ratio * ratio, 1.0, largest_rise), largest_penalty_scale);
+}
+
+/// The penalty and the preload of one contact, through an increment and on to the next one.
+struct AugmentedPenalty {
+  double unit_penalty = 0;   ///< k at a scale of 1
+  double penalty = 0;        ///< k, force over length
+  double penalty_scale = 1;  ///< adapted factor that `penalty` includes
+  /// Penetration that the force of the multiplier is worth: the element presses as if it were so much deeper. Raised by
+  /// the penetration that remains at an equilibrium, until none remains.
+  double preload = 0;
+  double raised_at = 0;           ///< penetration at the accepted increment that raised the preload last
+  bool stuck = false;             ///< raising the preload changed nothing: what holds the fibers here is not contact
+  double penetration_before = 0;  ///< when the preload was last raised in this increment
+  /// Penalty and preload with which it began the step, and with which it goes on.
+  double penalty_at_start = 0, preload_at_start = 0, next_scale = 1, next_preload = 0;
+  /// Work of raising them in this step: up to the last time, and what that was raised from, under which force; 0: it
+  /// was not raised. What it costs is known once equilibrium is found again.
+  double work_of_raising = 0, force_raised_under = 0;
+  PenaltyLaw raised_from;
+
+  void set_scale(double scale) {
+    penalty_scale = scale;
+    penalty = unit_penalty * scale;
+  }
+  /// With penalty and preload as they are.
+  void begin_step() {
+    penalty_at_start = penalty;
+    preload_at_start = preload;
+    next_scale = penalty_scale;
+    next_preload = preload;
+  }
+  [[nodiscard]] PenaltyLaw law(double p_reg) const { return {penalty, preload, p_reg}; }
+  [[nodiscard]] PenaltyLaw law_at_start(double p_reg) const { return {penalty_at_start, preload_at_start, p_reg}; }
+
+  /// At an equilibrium in which it presses with `force` at `gap`: raises the preload to the force that it has, at no
+  /// penetration; and the penalty, where that has helped little. Returns false where nothing is left to be raised.
+  bool raise(double gap, double force, double p_reg) {
+    const double p = std::abs(gap);
+    work_of_raising = work_of_all_raising(force, p_reg);
+    force_raised_under = force;
+    raised_from = law(p_reg);
+    if (penetration_before > 0 && p > 0.5 * penetration_before) {
+      // Slow: the fibers resist about as much as the penalty does. Where even a stiff one makes no difference, it is
+      // not contact that holds them in each other.
+      if (penalty_scale < 0.999 * largest_penalty_scale)
+        set_scale(std::min(4 * penalty_scale, largest_penalty_scale));
+      else if (p > 0.9 * penetration_before && gap < 0) {
+        stuck = true;
+        return false;
+      }
+    }
+    preload = penetration_of_force(force, penalty, p_reg);
+    penetration_before = std::max(p, 1e-12);
+    return true;
+  }
+  /// All the work of raising, with an equilibrium in which it presses with `force`.
+  [[nodiscard]] double work_of_all_raising(double force, double p_reg) const {
+    if (force_raised_under <= 0) return work_of_raising;
+    return work_of_raising + work_of_new_law(0.5 * (force_raised_under + force), raised_from, law(p_reg));
+  }
+  /// The increment is accepted: sets with what the next one begins. What the multiplier is worth once the penetration
+  /// is gone; where the fibers have parted, nothing. With `adapts`, raised to the force that the element has now, so
+  /// that penetrations do not add up from increment to increment; but where that has made no difference before, as at
+  /// ends that are tied one in the other, it would raise the force each time.
+  void accept(double gap, double force, double p_reg, bool adapts) {
+    constexpr double no_difference = 0.1;
+    next_scale = penalty_scale;
+    next_preload = gap < preload ? preload : 0;
+    const double p = std::abs(gap);
+    if (adapts && force > 0 && !stuck && std::abs(p - raised_at) > no_difference * raised_at) {
+      next_preload = penetration_of_force(force, penalty, p_reg);
+      raised_at = p;
+    }
+    penetration_before = work_of_raising = force_raised_under = 0;
+  }
+  /// Goes on with another penalty, and the force that its preload has.
+  void adapt(double scale, double p_reg) {
+    if (penalty_scale == scale) return;
+    const double force = penalty_force(-next_preload, penalty, p_reg);
+    next_scale = scale;
+    next_preload = penetration_of_force(force, penalty * scale / penalty_scale, p_reg);
+  }
+};
+
+/// Whether contacts that are pressed too deep make an answer too soft.
+class Softness {
+ public:
+  /// `target`: of a penetration over the radius.
+  explicit Softness(double target) : target_(target) {}
+  void add(double gap, double force, double radius) {
+    // A gap under force is as wrong: the preload of a force that is gone.
+    lost_ += 0.5 * force * std::abs(gap);
+    const double depth = std::abs(gap) / radius;
+    deepest_ = std::max(deepest_, depth);
+    pressing_ += force;
+    if (depth > target_) pressing_deep_ += force;
+    across_ = across_ || (gap > 0 && depth > target_);
+  }
+  /// `elastic_energy` as large as it is by the slack of all tolerances.
+  [[nodiscard]] bool is_too_soft(double elastic_energy) const {
+    constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
+    // Of thousands of contacts a few that press next to nothing are deeper than the rest.
+    constexpr double tolerated_share = 0.01;  // of all forces
+    constexpr double deepest_tolerated = 3;   // times the target
+    return across_ || deepest_ > deepest_tolerated * target_ || pressing_deep_ > tolerated_share * pressing_ ||
+           lost_ > tolerated_softness * elastic_energy;
+  }
+
+ private:
+  double target_;
+  double lost_ = 0;  // ½ f p: by so much the stored energy would rise without penetration
+  double deepest_ = 0, pressing_ = 0, pressing_deep_ = 0;
+  bool across_ = false;  // no law presses across a gap, be it one contact of thousands
+};
+
+}  // namespace trame::micro
