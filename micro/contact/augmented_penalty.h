@@ -32,12 +32,6 @@ namespace trame::micro {
   return force < 0.5 * k * p_reg ? std::sqrt(2 * p_reg * force / k) : force / k + 0.5 * p_reg;
 }
 
-/// ∫ p df up to a force: what the penalty's energy is short of force times penetration.
-[[nodiscard]] inline double complementary_energy(double force, double k, double p_reg) {
-  const double p = penetration_of_force(force, k, p_reg);
-  return force * p - penalty_energy(-p, k, p_reg);
-}
-
 /// A penalty with a preload.
 struct PenaltyLaw {
   double penalty = 0, preload = 0, p_reg = 0;
@@ -48,14 +42,25 @@ struct PenaltyLaw {
   }
 };
 
-/// Work that must come in for one law to become another while the force stays, and the fibers give way or come nearer
-/// as it does: the change of ψ(p + preload) − ψ(preload) less that of force times penetration.
-[[nodiscard]] inline double work_of_new_law(double force, const PenaltyLaw& from, const PenaltyLaw& to) {
-  const auto part = [&](const PenaltyLaw& law) {
-    return force * law.preload - penalty_energy(-law.preload, law.penalty, law.p_reg) -
-           complementary_energy(force, law.penalty, law.p_reg);
-  };
-  return part(to) - part(from);
+/// Work that must come in for the law of a contact to become another along a step, from `start_gap` to `gap`, as far as
+/// it pressed: what is stored more at the end, and what the force by which they differ there has done on the rest,
+/// coming up evenly on the way.
+[[nodiscard]] inline double work_of_new_law(double start_gap, double gap, const PenaltyLaw& from,
+                                            const PenaltyLaw& to) {
+  const double before = from.force(start_gap) > 0 ? start_gap : std::min(start_gap, 0.0),
+               after = to.force(gap) > 0 ? gap : std::min(gap, 0.0);
+  return to.energy(gap) - from.energy(gap) + 0.5 * (to.force(gap) - from.force(gap)) * (after - before);
+}
+
+/// Force and energy of a contact at one end of a step.
+struct ContactAt {
+  double force = 0, energy = 0;
+};
+/// Energy that a contact brings with it which only one end of a step knows: that at the end at which it presses less.
+/// It has come before it pressed, or gone when it no longer did; contacts that take the place of each other are counted
+/// at the same end.
+[[nodiscard]] constexpr double energy_brought(const ContactAt& start, const ContactAt& end) {
+  return start.force < end.force ? start.energy : end.energy;
 }
 
 /// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes
@@ -77,34 +82,18 @@ struct AugmentedPenalty {
   double raised_at = 0;           ///< penetration at the accepted increment that raised the preload last
   bool stuck = false;             ///< raising the preload changed nothing: what holds the fibers here is not contact
   double penetration_before = 0;  ///< when the preload was last raised in this increment
-  /// Penalty and preload with which it began the step, and with which it goes on.
-  double penalty_at_start = 0, preload_at_start = 0, next_scale = 1, next_preload = 0;
-  /// Work of raising them in this step: up to the last time, and what that was raised from, under which force; 0: it
-  /// was not raised. What it costs is known once equilibrium is found again.
-  double work_of_raising = 0, force_raised_under = 0;
-  PenaltyLaw raised_from;
+  double next_scale = 1, next_preload = 0;  ///< with which it goes on
 
   void set_scale(double scale) {
     penalty_scale = scale;
     penalty = unit_penalty * scale;
   }
-  /// With penalty and preload as they are.
-  void begin_step() {
-    penalty_at_start = penalty;
-    preload_at_start = preload;
-    next_scale = penalty_scale;
-    next_preload = preload;
-  }
   [[nodiscard]] PenaltyLaw law(double p_reg) const { return {penalty, preload, p_reg}; }
-  [[nodiscard]] PenaltyLaw law_at_start(double p_reg) const { return {penalty_at_start, preload_at_start, p_reg}; }
 
   /// At an equilibrium in which it presses with `force` at `gap`: raises the preload to the force that it has, at no
   /// penetration; and the penalty, where that has helped little. Returns false where nothing is left to be raised.
   bool raise(double gap, double force, double p_reg) {
     const double p = std::abs(gap);
-    work_of_raising = work_of_all_raising(force, p_reg);
-    force_raised_under = force;
-    raised_from = law(p_reg);
     if (penetration_before > 0 && p > 0.5 * penetration_before) {
       // Slow: the fibers resist about as much as the penalty does. Where even a stiff one makes no difference, it is
       // not contact that holds them in each other.
@@ -119,11 +108,6 @@ struct AugmentedPenalty {
     penetration_before = std::max(p, 1e-12);
     return true;
   }
-  /// All the work of raising, with an equilibrium in which it presses with `force`.
-  [[nodiscard]] double work_of_all_raising(double force, double p_reg) const {
-    if (force_raised_under <= 0) return work_of_raising;
-    return work_of_raising + work_of_new_law(0.5 * (force_raised_under + force), raised_from, law(p_reg));
-  }
   /// The increment is accepted: sets with what the next one begins. What the multiplier is worth once the penetration
   /// is gone; where the fibers have parted, nothing. With `adapts`, raised to the force that the element has now, so
   /// that penetrations do not add up from increment to increment; but where that has made no difference before, as at
@@ -137,7 +121,7 @@ struct AugmentedPenalty {
       next_preload = penetration_of_force(force, penalty, p_reg);
       raised_at = p;
     }
-    penetration_before = work_of_raising = force_raised_under = 0;
+    penetration_before = 0;
   }
   /// Goes on with another penalty, and the force that its preload has.
   void adapt(double scale, double p_reg) {

@@ -245,7 +245,8 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   e.offset -= fading_ * e.gap_offset;
   e.unit_penalty = law_.penalty * std::min(modulus_[e.fiber_a], modulus_[e.fiber_b]) * e.length;
   e.set_scale(known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
-  e.begin_step();
+  e.next_scale = e.penalty_scale;
+  e.next_preload = e.preload;
   measure(field_, state, e);
   place_particles(field_, e);
   (void)e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b);
@@ -315,11 +316,6 @@ void Contact::update(const State& state, bool keep) {
       e.stuck = same->stuck;
       e.penetration_before = same->penetration_before;
       e.set_scale(same->penalty_scale);
-      e.penalty_at_start = same->penalty_at_start * e.length / same->length;
-      e.preload_at_start = same->preload_at_start;
-      e.work_of_raising = same->work_of_raising;
-      e.force_raised_under = same->force_raised_under;
-      e.raised_from = same->raised_from;
     }
     e.has_pressed = keep && ((found[i].before && found[i].before->has_pressed) || e.force(regularisation(e)) > 0);
     if (!law_.friction) continue;
@@ -483,51 +479,54 @@ bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   return changed;
 }
 
-ContactAt Contact::at(const ContactElement& element, const State& state) const {
-  ContactElement e = element;
-  micro::follow(field_, state, e);
-  const PenaltyLaw law = e.law_at_start(regularisation(e));
-  return {law.force(e.gap()), law.energy(e.gap())};
-}
-
 std::vector<double> Contact::book_changes(const State& state) {
+  const auto at = [&](const ContactElement& e, const PenaltyLaw& law) {
+    return ContactAt{law.force(e.gap()), law.energy(e.gap())};
+  };
+  // With the last law that it had, and the first one.
+  const auto law_of = [&](const ContactElement& e) { return e.law(regularisation(e)); };
+  const auto first_law_of = [&](const ContactElement& e) { return PenaltyLaw{e.penalty, 0, regularisation(e)}; };
   const std::size_t n = elements_n_.size();
   std::vector<ContactAt> start(n), end(n);
+  std::vector<double> start_gap(n);
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < n; ++i) {
     ContactElement& e = elements_n_[i];
-    const double p_reg = regularisation(e);
-    start[i] = {e.force(p_reg), e.energy(p_reg)};
+    start[i] = at(e, law_of(e));
+    start_gap[i] = e.gap();
     micro::follow(field_, state, e);
-    end[i] = {e.force(p_reg), e.energy(p_reg)};
+    end[i] = at(e, law_of(e));
   }
-  std::vector<ContactAt> start_of_new(elements_.size()), end_of_new(elements_.size());
+  std::vector<ContactElement> at_start = elements_;
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
-    start_of_new[i] = at(elements_[i], start_);
-    end_of_new[i] = at(elements_[i], state);
+    micro::follow(field_, start_, at_start[i]);
+    micro::follow(field_, state, elements_[i]);
   }
   const std::vector<const ContactElement*> sorted = in_order(elements_n_);
   std::vector<double> force_at_start(elements_.size());
   std::vector<char> went_on(n, 0);
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     const ContactElement& e = elements_[i];
-    const double p_reg = regularisation(e), along = 0.25 * spacing(e.fiber_a, e.fiber_b);
+    const double along = 0.25 * spacing(e.fiber_a, e.fiber_b);
     const ContactElement* same =
         same_place(field_, sorted, e.pair, e.crossing ? std::max(mean_radius(e.fiber_a, e.fiber_b), along) : along);
-    booked_[Source::preloads] += e.work_of_all_raising(e.force(p_reg), p_reg);
     const std::size_t j = same ? same - elements_n_.data() : 0;
     if (!same || std::exchange(went_on[j], 1) != 0) {
-      force_at_start[i] = start_of_new[i].force;
-      booked_[Source::contacts] += energy_brought(start_of_new[i], end_of_new[i]);
+      const PenaltyLaw first = first_law_of(e);
+      const ContactAt before = at(at_start[i], first);
+      force_at_start[i] = before.force;
+      booked_[Source::contacts] += energy_brought(before, at(e, first));
+      booked_[Source::preloads] += work_of_new_law(at_start[i].gap(), e.gap(), first, law_of(e));
       continue;
     }
-    // It may stand for more or less of the fibers than it did; the rest of what changed is its law.
+    // It may stand for more or less of the fibers than it did; the rest of what changed is its law. (Of the gap that
+    // an offset has closed, the same trapezoid stands in that line.)
     const double share = e.length / same->length;
     force_at_start[i] = share * start[j].force;
     booked_[Source::contacts] += (share - 1) * energy_brought(start[j], end[j]);
-    booked_[Source::preloads] += work_of_new_law(0.5 * (force_at_start[i] + end_of_new[i].force),
-                                                 {share * same->penalty, same->preload, p_reg}, e.law_at_start(p_reg));
+    booked_[Source::preloads] +=
+        work_of_new_law(start_gap[j], e.gap(), {share * same->penalty, same->preload, regularisation(e)}, law_of(e));
   }
   for (std::size_t j = 0; j < n; ++j)
     if (!went_on[j]) booked_[Source::contacts] -= energy_brought(start[j], end[j]);

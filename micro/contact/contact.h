@@ -81,7 +81,6 @@ class Contact final : public Effect {
   /// Books what became of the contacts of the last accepted state on the way to `state`. Returns the force of each of
   /// `elements` at the step's start.
   std::vector<double> book_changes(const State& state);
-  [[nodiscard]] ContactAt at(const ContactElement& element, const State& state) const;
 
   const FiberField& field_;
   ContactLaw law_;

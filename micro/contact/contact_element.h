@@ -13,17 +13,6 @@
 
 namespace trame::micro {
 
-/// Force and energy of a contact at one end of a step.
-struct ContactAt {
-  double force = 0, energy = 0;
-};
-/// Energy that a contact brings with it which only one end of a step knows: that at the end at which it presses less.
-/// It has come before it pressed, or gone when it no longer did; contacts that take the place of each other are counted
-/// at the same end.
-[[nodiscard]] constexpr double energy_brought(const ContactAt& start, const ContactAt& end) {
-  return start.force < end.force ? start.energy : end.energy;
-}
-
 /// What history keeps of a contact element between detections, increments and stages.
 struct ContactHistory {
   Index fiber_a = 0, fiber_b = 0;  ///< a < b
