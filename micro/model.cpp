@@ -40,7 +40,15 @@ Scene nondimensional(const Scene& scene, const Scales& scales) {
       y->margin /= length;
       for (YarnKind& kind : y->kinds) kind.twist *= length;
     }
-  for (BodySpec& b : s.bodies) b.position /= length;
+  for (BodySpec& b : s.bodies) {
+    b.position /= length;
+    for (SurfaceSpec& spec : b.surfaces) {
+      spec.surface.center /= length;
+      spec.surface.half_size /= length;
+      spec.surface.radius /= length;
+      spec.surface.half_length /= length;
+    }
+  }
   for (Stage& stage : s.stages)
     for (Drive& d : stage.drives) {
       const bool translation = d.dof <= BodyDof::z;
@@ -95,6 +103,7 @@ StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage
   resolve_drives(scene, assembly, stage, from);
   add_fibers(scene, assembly);
   add_contact(scene, assembly, stage, from);
+  add_surfaces(scene, assembly, stage, from);
   add_bodies(assembly, from);
   if (field.is_periodic()) effects.push_back(std::make_unique<Anchors>(field));
   if (contact && from.just_separated) contact->offset_gaps(start);
@@ -152,20 +161,66 @@ void StageModel::add_fibers(const Scene& scene, const Assembly& assembly) {
   if (any_rod) effects.push_back(std::make_unique<Rods>(field, materials));
 }
 
+namespace {
+
+ContactLaw contact_law(const ContactSettings& c, const Stage& stage) {
+  return {
+      .search = {.spacing = c.spacing, .search_margin = c.search_margin, .self_contact = c.self_contact, .wanted = {}},
+      .penalty = c.penalty,
+      .target_penetration = c.target_penetration,
+      .regularisation = c.regularisation,
+      .adapt_penalty = c.adapt_penalty,
+      .friction = c.friction && stage.friction && c.friction_coefficient > 0,
+      .friction_coefficient = c.friction_coefficient,
+      .reversible_slip = c.reversible_slip};
+}
+
+std::vector<double> transverse_moduli(const Scene& scene, const Assembly& assembly) {
+  std::vector<double> moduli;
+  for (const Material& m : fiber_materials(scene, assembly)) moduli.push_back(m.young_modulus_transverse);
+  return moduli;
+}
+
+Index stage_number(const Scene& scene, const std::string& name) {
+  const auto found =
+      std::find_if(scene.stages.begin(), scene.stages.end(), [&](const Stage& s) { return s.name == name; });
+  return static_cast<Index>(found - scene.stages.begin());
+}
+
+}  // namespace
+
+bool comes_in(const SurfaceSpec& surface, const Scene& scene, const Stage& stage) {
+  return stage_number(scene, stage.name) == (surface.from_stage.empty() ? 0 : stage_number(scene, surface.from_stage));
+}
+
+bool is_there(const SurfaceSpec& surface, const Scene& scene, const Stage& stage) {
+  return surface.from_stage.empty() || stage_number(scene, stage.name) >= stage_number(scene, surface.from_stage);
+}
+
+void StageModel::add_surfaces(const Scene& scene, const Assembly& assembly, const Stage& stage,
+                              const StageStart& from) {
+  ContactLaw law = contact_law(scene.contact, stage);
+  law.friction = scene.contact.friction && stage.friction;
+  std::vector<BodySurface> surfaces;
+  const NameTable names(assembly.body_names);
+  for (const BodySpec& body : scene.bodies)
+    for (const SurfaceSpec& spec : body.surfaces) {
+      if (!is_there(spec, scene, stage)) continue;
+      const double friction = spec.friction_coefficient.value_or(law.friction_coefficient);
+      surfaces.push_back({*names.find(body.name), spec.surface, law.friction ? friction : 0, body.name});
+    }
+  if (surfaces.empty()) return;
+  auto effect =
+      std::make_unique<SurfaceContact>(field, bodies, std::move(surfaces), law, transverse_moduli(scene, assembly));
+  effect->set_history(from.surface_history);
+  surface_contact = effect.get();
+  effects.push_back(std::move(effect));
+}
+
 void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from) {
   const ContactSettings& c = scene.contact;
   if (c.scope != ContactScope::none) {
-    ContactLaw law{.search = {.spacing = c.spacing,
-                              .search_margin = c.search_margin,
-                              .self_contact = c.self_contact,
-                              .wanted = {}},
-                   .penalty = c.penalty,
-                   .target_penetration = c.target_penetration,
-                   .regularisation = c.regularisation,
-                   .adapt_penalty = c.adapt_penalty,
-                   .friction = c.friction && stage.friction && c.friction_coefficient > 0,
-                   .friction_coefficient = c.friction_coefficient,
-                   .reversible_slip = c.reversible_slip};
+    ContactLaw law = contact_law(c, stage);
     const FiberMesh& mesh = assembly.mesh;
     const bool between_yarns = c.scope == ContactScope::between_yarns, separates = stage.separate_yarns;
     if (between_yarns || separates)
@@ -176,9 +231,7 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
         const YarnFamily a_is = mesh.yarns[yarn_a].family, b_is = mesh.yarns[yarn_b].family;
         return !separates || a_is == b_is || a_is == YarnFamily::free || b_is == YarnFamily::free;
       };
-    std::vector<double> modulus;
-    for (const Material& m : fiber_materials(scene, assembly)) modulus.push_back(m.young_modulus_transverse);
-    auto effect = std::make_unique<Contact>(field, law, std::move(modulus));
+    auto effect = std::make_unique<Contact>(field, law, transverse_moduli(scene, assembly));
     effect->set_history(from.contact_history, from.contact_tractions);
     contact = effect.get();
     effects.push_back(std::move(effect));
@@ -293,11 +346,12 @@ PrescribedMotion StageModel::motion(const State& state, double from, double to) 
 std::pair<Vec3, Vec3> StageModel::pull(const State& state, Index body) const {
   if (is_period(body)) return {period_force(state, body), Vec3::Zero()};
   auto [force, moment] = ties ? ties->pull(state, body) : std::pair<Vec3, Vec3>(Vec3::Zero(), Vec3::Zero());
-  if (follow) {
-    const auto [f, m] = follow->pull(state, body);
-    force += f;
-    moment += m;
-  }
+  const auto add = [&](const std::pair<Vec3, Vec3>& more) {
+    force += more.first;
+    moment += more.second;
+  };
+  if (follow) add(follow->pull(state, body));
+  if (surface_contact) add(surface_contact->pull(state, body));
   return {force, moment};
 }
 
@@ -338,7 +392,13 @@ std::vector<double> StageModel::loads_at_start(const StageStart& from) const {
 
 Index StageModel::n_contact_elements() const {
   return static_cast<Index>((contact ? contact->elements().size() : 0) +
+                            (surface_contact ? surface_contact->elements().size() : 0) +
                             (crossing_order ? crossing_order->elements().size() : 0));
+}
+
+double StageModel::max_penetration_over_radius() const {
+  return std::max(contact ? contact->max_penetration_over_radius() : 0,
+                  surface_contact ? surface_contact->max_penetration_over_radius() : 0);
 }
 
 std::string StageModel::describe_dof(Index dof) const {

@@ -53,6 +53,10 @@ struct StageModel {
   /// dofs that are loaded start from the load of before.
   [[nodiscard]] std::vector<double> loads_at_start(const StageStart& from) const;
   [[nodiscard]] Index n_contact_elements() const;
+  /// Whether there is anything that fibers can touch.
+  [[nodiscard]] bool has_contact() const { return contact || surface_contact; }
+  /// Of fibers in each other and in surfaces.
+  [[nodiscard]] double max_penetration_over_radius() const;
   [[nodiscard]] std::string describe_dof(Index dof) const;
 
   Layout layout;
@@ -63,6 +67,7 @@ struct StageModel {
   Effects effects;
   // The effects that others ask; null where the stage does not call for them.
   Contact* contact = nullptr;
+  SurfaceContact* surface_contact = nullptr;
   CrossingOrder* crossing_order = nullptr;
   Proximal* proximal = nullptr;
   Ties* ties = nullptr;
@@ -73,6 +78,7 @@ struct StageModel {
   void resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_fibers(const Scene& scene, const Assembly& assembly);
   void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
+  void add_surfaces(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_bodies(const Assembly& assembly, const StageStart& from);
   [[nodiscard]] Vec3 period_force(const State& state, Index body) const;
 
@@ -80,6 +86,9 @@ struct StageModel {
   std::vector<FollowTerm> follow_terms_;
 };
 
+/// Whether a surface is there in a stage, and whether that is the first one.
+[[nodiscard]] bool is_there(const SurfaceSpec& surface, const Scene& scene, const Stage& stage);
+[[nodiscard]] bool comes_in(const SurfaceSpec& surface, const Scene& scene, const Stage& stage);
 /// Material of each fiber.
 [[nodiscard]] std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly);
 /// Fiber model of each fiber in a stage.

@@ -1,6 +1,8 @@
 #include "micro/stage_start.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <tuple>
 #include <vector>
@@ -13,6 +15,7 @@ namespace trame::micro {
 void StageStart::forget_contacts() {
   contact_history.clear();
   contact_tractions.clear();
+  surface_history.clear();
 }
 
 StageStart start_of(const Assembly& assembly) {
@@ -40,6 +43,42 @@ void place_leaders(const Assembly& assembly, const Stage& stage, std::vector<Pos
   }
 }
 
+namespace {
+
+/// How far fibers reach against a direction: the smallest n·x of all their particles, between nodes on the parabolas of
+/// their elements.
+double lowest_along(const Vec3& n, const FiberMesh& mesh, const FiberConfiguration& fibers) {
+  constexpr int n_places = 4;  // of an element
+  double lowest = std::numeric_limits<double>::infinity();
+  for (Index f = 0; f < mesh.n_fibers(); ++f)
+    for (Index first = mesh.first_node[f]; first + 2 < mesh.first_node[f + 1]; first += 2)
+      for (int place = 0; place <= n_places; ++place) {
+        const auto shape = quadratic_shape(2.0 * place / n_places - 1);
+        Vec3 r = Vec3::Zero(), g1 = Vec3::Zero(), g2 = Vec3::Zero();
+        for (int a = 0; a < 3; ++a) {
+          r += shape[a] * fibers.r[first + a];
+          g1 += shape[a] * fibers.g1[first + a];
+          g2 += shape[a] * fibers.g2[first + a];
+        }
+        lowest = std::min(lowest, n.dot(r) - mesh.radius[f] * std::hypot(n.dot(g1), n.dot(g2)));
+      }
+  return lowest;
+}
+
+}  // namespace
+
+void place_touching(const Scene& scene, const Assembly& assembly, const Stage& stage, StageStart& start) {
+  const NameTable names(assembly.body_names);
+  for (const BodySpec& body : scene.bodies)
+    for (const SurfaceSpec& spec : body.surfaces) {
+      if (!spec.touches || !comes_in(spec, scene, stage)) continue;
+      Pose& pose = start.poses[*names.find(body.name)];
+      const Vec3 normal = pose.rotation * spec.surface.direction,
+                 on_plane = pose.position + pose.rotation * spec.surface.center;
+      pose.position += (lowest_along(normal, assembly.mesh, start.configuration) - normal.dot(on_plane)) * normal;
+    }
+}
+
 StageStart after_stage(const Stage& stage, const StageModel& model, const State& state, StageStart start) {
   model.field.write_configuration(state, start.configuration);
   for (Index b = 0; b < model.bodies.n_bodies(); ++b) start.poses[b] = model.bodies.pose(state, b);
@@ -49,6 +88,7 @@ StageStart after_stage(const Stage& stage, const StageModel& model, const State&
     history = model.contact->history();
     start.contact_tractions = model.contact->tractions();
   }
+  if (model.surface_contact) start.surface_history = model.surface_contact->history();
   if (model.crossing_order) {
     const auto more = model.crossing_order->history();
     history.insert(history.end(), more.begin(), more.end());

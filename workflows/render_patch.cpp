@@ -112,7 +112,8 @@ void run(const Arguments& arguments) {
   for (const auto& picture : arguments.pictures) check_out("--picture", std::get<3>(picture));
   probe(arguments.states, [&] {
     const SnapshotReader states(arguments.states);
-    for (const Task& task : tasks_of(arguments, states)) (void)states.read_fibers(task.increment);
+    for (const Task& task : tasks_of(arguments, states))
+      (void)surfaces_of(states.header(), states.read(task.increment));
   });
   const SnapshotReader states(arguments.states);
   const std::vector<Task> tasks = tasks_of(arguments, states);
@@ -121,7 +122,8 @@ void run(const Arguments& arguments) {
     throw InputError(
         "no X server answers at DISPLAY, and VTK draws through X11 only; run: xvfb-run -a render_patch ...");
   for (const Task& task : tasks) {
-    write_picture(states.header().mesh, states.read_fibers(task.increment), task.options, task.file);
+    const trame::micro::Increment state = states.read(task.increment);
+    write_picture(states.header().mesh, state.fibers, surfaces_of(states.header(), state), task.options, task.file);
     fmt::print("Increment {}: {}\n", task.increment, task.file.string());
   }
 }

@@ -14,6 +14,7 @@
 #include "micro/solve/threads.h"
 #include "micro/states/fibers_vtk.h"
 #include "micro/states/snapshot.h"
+#include "micro/states/surfaces_vtk.h"
 #include "workflows/accuracy/estimate.h"
 #include "workflows/accuracy/profile.h"
 #include "workflows/command_line.h"
@@ -93,7 +94,9 @@ void write_summary(const OutputDirectory& out, const Task& task, const Options& 
 
 void write_fibers(const OutputDirectory& out, Timers& timers) {
   const auto io = timers.measure(Phase::io);
-  micro::write_fibers_vtk(micro::SnapshotReader(out.states()), out.vtk());
+  const micro::SnapshotReader states(out.states());
+  micro::write_fibers_vtk(states, out.vtk());
+  micro::write_surfaces_vtk(states, out.vtk());
 }
 
 void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
@@ -107,7 +110,7 @@ void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
 }
 
 void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds) {
-  static constexpr std::array<std::pair<const char*, const char*>, 8> files = {{
+  static constexpr std::array<std::pair<const char*, const char*>, 9> files = {{
       {"report.html", "all of it at a glance: open in a browser"},
       {"summary.json", "sizes, accuracy, energies, times"},
       {"curves.csv", "motion and reaction of everything that is driven"},
@@ -116,6 +119,7 @@ void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds
       {"states.h5", "every saved state, for strain_post"},
       {"vtk/fibers.pvd", "ParaView: open, Apply; filter Tube, Scalars radius, Vary Radius By Absolute Scalar"},
       {"vtk/yarns.pvd", "ParaView: open, Apply; colour by E_axial"},
+      {"vtk/surfaces.pvd", "ParaView: open, Apply: what fibers touch"},
   }};
   terminal.line(fmt::format("\nResults in {} after {}:", out.root().string(), duration_text(seconds)));
   for (const auto& [file, meaning] : files)

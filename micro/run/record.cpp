@@ -85,7 +85,7 @@ SolverRecord record_solver(const StageModel& model, const State& state, const In
           .n_geometry_updates = report.n_geometry_updates,
           .n_cuts = report.n_cuts,
           .residual = report.residual,
-          .max_penetration_over_radius = model.contact ? model.contact->max_penetration_over_radius() : 0,
+          .max_penetration_over_radius = model.max_penetration_over_radius(),
           .force_imbalance = report.residual,
           .moment_imbalance = moment_imbalance(model, state),
           .proximal = model.proximal ? model.proximal->eta() : 0,

@@ -50,13 +50,7 @@ class StageRun {
       book(std::exchange(before, accepted), accepted, report.stage_time);
       return record(report) && !passes_a_turn();
     };
-    // Increments end where drives turn: the path is left and taken up again for a shorter one.
-    StageOutcome outcome;
-    do {
-      if (passes_a_turn()) at_.position.size = model_.next_turn(at_.position.time) - at_.position.time;
-      outcome = micro::run_stage(newton_, model_.effects, load_path_settings(run_.scene, stage_, model_), driver,
-                                 run_.state.summary.timers, at_.position, at_.state);
-    } while (outcome.status == StageOutcome::Status::interrupted && !run_.stop_requested());
+    const StageOutcome outcome = follow_path(driver);
     run_.state.stage_start = after_stage(stage_, model_, at_.state, std::move(run_.state.stage_start));
     // As they were found with the last increment: a run that goes on from its end looks for contacts anew.
     run_.state.stage_start.body_forces = at_.body_forces;
@@ -66,6 +60,19 @@ class StageRun {
 
  private:
   [[nodiscard]] bool is_last() const { return index_ + 1 == run_.scene.stages.size(); }
+
+  [[nodiscard]] StageOutcome follow_path(const StageDriver& driver) {
+    if (const std::string what = model_.surface_contact ? model_.surface_contact->behind_at(at_.state) : "";
+        !what.empty())
+      return {StageOutcome::Status::gave_up, what + " as it begins", at_.position.time, std::nullopt, true};
+    // Increments end where drives turn: the path is left and taken up again for a shorter one.
+    for (;;) {
+      if (passes_a_turn()) at_.position.size = model_.next_turn(at_.position.time) - at_.position.time;
+      StageOutcome outcome = micro::run_stage(newton_, model_.effects, load_path_settings(run_.scene, stage_, model_),
+                                              driver, run_.state.summary.timers, at_.position, at_.state);
+      if (outcome.status != StageOutcome::Status::interrupted || run_.stop_requested()) return outcome;
+    }
+  }
 
   /// Whether the next increment would go beyond a turn of a drive.
   [[nodiscard]] bool passes_a_turn() const {
@@ -198,7 +205,10 @@ class StageRun {
 
 void run_stage(RunContext& run, std::size_t index, std::optional<Resumption>& resumption) {
   const bool resumes = resumption && resumption->at.within;
-  if (!resumes) place_leaders(run.assembly, run.scene.stages[index], run.state.stage_start.poses);
+  if (!resumes) {
+    place_leaders(run.assembly, run.scene.stages[index], run.state.stage_start.poses);
+    place_touching(run.scene, run.assembly, run.scene.stages[index], run.state.stage_start);
+  }
   StageRun stage(run, index);
   if (resumes) {
     stage.resume(*resumption);

@@ -38,10 +38,20 @@ double force_tolerance(const SolverSettings& solver) {
 /// tangent that moves the middle of an element by a radius. Otherwise the length of the longest fiber for positions. 1
 /// for all others.
 std::vector<double> units_of_motion(const StageModel& model) {
-  const double radius = smallest_radius(model), far = model.contact ? radius : longest_fiber(model);
+  const double radius = smallest_radius(model), far = model.has_contact() ? radius : longest_fiber(model);
   std::vector<double> units(model.layout.n_vectors(), 1.0);
   for (Index j = 0; j < model.layout.n_nodes(); ++j) units[model.layout.first_vector(j)] = far;
-  if (!model.contact) return units;
+  if (!model.has_contact()) return units;
+  // A turn of a surface that moves what it meets of the fibers by a radius.
+  if (model.surface_contact)
+    for (const BodySurface& on : model.surface_contact->surfaces()) {
+      double arm = radius;
+      for (Index n = model.bodies.n_bodies(); n < model.layout.n_nodes(); ++n)
+        arm = std::max(
+            arm,
+            (model.start.q[model.layout.first_vector(n)] - model.bodies.pose(model.start, on.body).position).norm());
+      units[model.layout.first_vector(model.bodies.node(on.body)) + 1] = radius / arm;
+    }
   for (Index f = 0; f < model.field.mesh().n_fibers(); ++f) {
     if (model.field.model(f) != FiberModel::rod) continue;
     // Cubic Hermite functions of unit slopes at both ends reach a quarter of the element's length.
@@ -80,7 +90,7 @@ NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std:
                           .shortest_arm = shortest_element(model),
                           .parts = fibers_apart(model),
                           .stop = std::move(stop)};
-  if (model.contact) settings.travel_cap = scene.contact.search_margin;
+  if (model.has_contact()) settings.travel_cap = scene.contact.search_margin;
   // The second level knows fibers with two ends.
   if (model.field.is_periodic()) settings.preconditioner = Preconditioner::factor;
   return settings;
@@ -94,7 +104,7 @@ LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, cons
           .friction_tolerance = std::max(over_force_tolerance * force_tolerance(scene.solver), least),
           .min_increment = scene.solver.min_increment,
           // Without contact the tangent makes the better guess.
-          .prediction_cap = model.contact ? scene.solver.step_cap * smallest_radius(model) : 0};
+          .prediction_cap = model.has_contact() ? scene.solver.step_cap * smallest_radius(model) : 0};
 }
 
 double tolerance_factor(const Stage& stage, bool is_last, double to) {

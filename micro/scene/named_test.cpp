@@ -15,7 +15,8 @@ namespace trame::micro {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kind_names = {"biaxial", "uniaxial", "shear", "pull_out", "yarn_tension"};
+constexpr std::array<std::string_view, 6> kind_names = {"biaxial",  "uniaxial",     "shear",
+                                                        "pull_out", "yarn_tension", "compaction"};
 
 using Names = std::vector<std::string>;
 
@@ -83,11 +84,12 @@ void check_keys(const SceneValue& table, NamedTestKind kind) {
   struct Own {
     Names needed, allowed;
   };
-  static const std::array<Own, 5> keys = {{{{}, {"warp_strain", "weft_strain"}},
+  static const std::array<Own, 6> keys = {{{{}, {"warp_strain", "weft_strain"}},
                                            {{"strain"}, {"direction"}},
                                            {{"strain"}, {}},
                                            {{"yarn", "distance"}, {"end"}},
-                                           {{"yarn", "strain"}, {}}}};
+                                           {{"yarn", "strain"}, {}},
+                                           {{"strain"}, {}}}};
   const Own& own = keys[static_cast<std::size_t>(kind)];
   const std::string name(kind_names[static_cast<std::size_t>(kind)]);
   for (const std::string& key : own.needed)
@@ -108,8 +110,11 @@ NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
   NamedTest test;
   read_table(table, named_test_keys(yarns_of(scene)), {}, test);
   check_keys(table, test.kind);
-  const bool needs_weave = test.kind != NamedTestKind::yarn_tension;
-  if (needs_weave && !scene.weave) table.find("kind")->fail("needs a [weave]; of a bundle there is \"yarn_tension\"");
+  const bool needs_weave = test.kind != NamedTestKind::yarn_tension && test.kind != NamedTestKind::compaction;
+  if (needs_weave && !scene.weave)
+    table.find("kind")->fail("needs a [weave]; of a bundle there are \"yarn_tension\" and \"compaction\"");
+  if (test.kind == NamedTestKind::compaction && !(*test.strain > 0 && *test.strain < 1))
+    table.find("strain")->fail("must be greater than 0 and less than 1: the part of the thickness that is pressed out");
   if (test.kind == NamedTestKind::shear && !(scene.weave->warp.periodic && scene.weave->weft.periodic))
     table.find("kind")->fail("needs a [weave] that is periodic both ways; at a patch it would be its sides that shear");
   if (test.yarn && !find_bundle(scene, *test.yarn) &&
@@ -196,6 +201,28 @@ void yarn_tension(const NamedTest& test, const Scene& scene, StageBuilder& stage
   for (int d = 0; d < 3; ++d) stage.move(*test.yarn + "/end", static_cast<BodyDof>(d), *test.strain * chord[d]);
 }
 
+/// Plates that touch when it begins close in from both sides, by their heights above and below the middle.
+void compaction(const NamedTest& test, StageBuilder& stage) {
+  for (const std::string_view plate : plate_names) stage.strain(std::string(plate), BodyDof::z, -*test.strain);
+}
+
+/// Fibers that lie on each other all through the thickness resist the more steeply, the fewer ways are left to bend: what
+/// they press into each other, other tests' hundredth of a radius, would hide the hysteresis.
+constexpr double compaction_penetration = 0.001;
+
+void add_plates(const SceneValue& kind, Scene& scene) {
+  NameTable known = body_names(scene);
+  for (const std::size_t side : {0, 1}) {
+    SurfaceSpec surface;
+    surface.surface.direction = (side == 0 ? -1 : 1) * Vec3::UnitZ();
+    surface.from_stage = kind_names[static_cast<std::size_t>(NamedTestKind::compaction)];
+    surface.touches = true;
+    BodySpec plate{std::string(plate_names[side]), Vec3::Zero(), {}, {surface}};
+    add_new_name(kind, plate.name, known);
+    scene.bodies.push_back(std::move(plate));
+  }
+}
+
 }  // namespace
 
 std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns) {
@@ -209,7 +236,8 @@ std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns) {
       key<T>("warp_strain", &T::warp_strain, strains, "biaxial: of the patch along the warp").otherwise("default: 0"),
       key<T>("weft_strain", &T::weft_strain, strains, "biaxial: of the patch along the weft").otherwise("default: 0"),
       key<T>("strain", &T::strain, strains,
-             "uniaxial: of the patch; shear: of a cell's weft along its warp; yarn_tension: of the yarn's length")
+             "uniaxial: of the patch; shear: of a cell's weft along its warp; yarn_tension: of the yarn's length; "
+             "compaction: part of the thickness by which the plates plate/upper and plate/lower close in")
           .otherwise("needed there"),
       key<T>("direction", &T::along_warp, choice<bool>({{"warp", true}, {"weft", false}}),
              "uniaxial: the family that is pulled; the ends of the other are free")
@@ -232,6 +260,7 @@ std::optional<NamedTest> read_test(const SceneValue& root, const Scene& scene) {
 }
 
 void add_test_bodies(const SceneValue& root, const NamedTest& test, Scene& scene) {
+  if (test.kind == NamedTestKind::compaction) return add_plates(*root.find("test")->find("kind"), scene);
   const BundleSpec* bundle = test.yarn ? find_bundle(scene, *test.yarn) : nullptr;
   if (!bundle) return;
   const SceneValue yarn = *root.find("test")->find("yarn");
@@ -252,6 +281,9 @@ void add_test_bodies(const SceneValue& root, const NamedTest& test, Scene& scene
 }
 
 void add_test_stage(const SceneValue& root, const NamedTest& test, Scene& scene) {
+  const auto contact = root.find("contact");
+  if (test.kind == NamedTestKind::compaction && !(contact && contact->find("target_penetration")))
+    scene.contact.target_penetration = compaction_penetration;
   StageBuilder builder(test, scene);
   switch (test.kind) {
     case NamedTestKind::biaxial: biaxial(test, builder); break;
@@ -259,6 +291,7 @@ void add_test_stage(const SceneValue& root, const NamedTest& test, Scene& scene)
     case NamedTestKind::shear: shear(test, builder); break;
     case NamedTestKind::pull_out: pull_out(test, builder); break;
     case NamedTestKind::yarn_tension: yarn_tension(test, scene, builder); break;
+    case NamedTestKind::compaction: compaction(test, builder); break;
   }
   std::vector<Stage> stages;
   const bool lets_ends_go =

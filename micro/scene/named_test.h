@@ -3,12 +3,18 @@
 /// Tests by name: [test] of a scene, a few keys that stand for a stage with its drives, and for the bodies that it
 /// needs.
 
+#include <array>
+#include <string_view>
+
 #include "micro/scene/keys.h"
 #include "micro/scene/scene.h"
 
 namespace trame::micro {
 
-enum class NamedTestKind : std::uint8_t { biaxial, uniaxial, shear, pull_out, yarn_tension };
+enum class NamedTestKind : std::uint8_t { biaxial, uniaxial, shear, pull_out, yarn_tension, compaction };
+
+/// Bodies of the planes that a compaction presses with, above and below the fabric.
+inline constexpr std::array<std::string_view, 2> plate_names = {"plate/upper", "plate/lower"};
 
 struct NamedTest {
   NamedTestKind kind = NamedTestKind::biaxial;

@@ -155,16 +155,18 @@ void read_effects(const SceneValue& root, Scene& scene) {
   if (effects) read_table(*effects, effect_keys(), {}, scene);
   for (const SceneValue& key : effects ? effects->children() : std::vector<SceneValue>())
     scene.stated_effects.push_back(key.own_name());
-  if (contact.scope == ContactScope::none) {
-    const std::string because = "effects.contact is \"none\"";
-    refuse_asked(effects, {"self_contact", "friction", "adapt_penalty"}, because);
+  // Surfaces are touched all the same.
+  const bool touches_nothing = contact.scope == ContactScope::none && !has_surfaces(scene);
+  const std::string because = "effects.contact is \"none\"";
+  if (contact.scope == ContactScope::none) refuse_asked(effects, {"self_contact"}, because);
+  if (touches_nothing) {
+    refuse_asked(effects, {"friction", "adapt_penalty"}, because);
     refuse(solver, {"max_geometry_updates", "geometry_tolerance"}, because);
     contact.self_contact = contact.friction = contact.adapt_penalty = false;
   }
   if (settings) read_table(*settings, contact_keys(), {}, contact);
-  if (contact.scope == ContactScope::none)
-    for (const Key<ContactSettings>& key : contact_keys())
-      refuse(settings, {key.name.c_str()}, "effects.contact is \"none\"");
+  if (touches_nothing)
+    for (const Key<ContactSettings>& key : contact_keys()) refuse(settings, {key.name.c_str()}, because);
   if (!contact.friction) refuse(settings, {"friction_coefficient", "reversible_slip"}, "effects.friction is false");
   if (!contact.adapt_penalty) refuse(settings, {"target_penetration"}, "effects.adapt_penalty is false");
 }
@@ -339,8 +341,7 @@ class Proportions {
             check_length(*value, value->own_name() == "sett" ? 1 / value->quantity(per_length, any())
                                                              : value->quantity(length, any()));
     if (const auto bodies = root_.find("body"))
-      for (const SceneValue& table : bodies->tables())
-        if (const auto position = table.find("position")) check_length(*position, largest(position->vector(length)));
+      for (const SceneValue& table : bodies->tables()) check_body(table);
     if (const auto stages = root_.find("stage"))
       for (const SceneValue& table : stages->tables())
         if (const auto drives = table.find("drive"))
@@ -372,6 +373,16 @@ class Proportions {
     if (of_an_element < least_radii * smallest_radius_)
       elements.fail(fmt::format("elements of {:g} m; must be at least {:g} m, {:g} radii", of_an_element,
                                 least_radii * smallest_radius_, least_radii));
+  }
+  void check_body(const SceneValue& body) const {
+    if (const auto position = body.find("position")) check_length(*position, largest(position->vector(length)));
+    const auto surfaces = body.find("surface");
+    for (const SceneValue& surface : surfaces ? surfaces->tables() : std::vector<SceneValue>()) {
+      for (const char* key : {"center", "size"})
+        if (const auto value = surface.find(key)) check_length(*value, largest(value->vector(length)));
+      for (const char* key : {"radius", "length"})
+        if (const auto value = surface.find(key)) check_length(*value, value->quantity(length, any()));
+    }
   }
   void check_drive(const SceneValue& drive) const {
     const auto is_text = [](const SceneValue& dof) { return dof.text().starts_with('r'); };
@@ -423,6 +434,7 @@ Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
   read_stages(root, scene);
   if (test) add_test_stage(root, *test, scene);
   check_increments(root, scene);
+  check_surfaces(root, scene);
   check_friction(root, scene);
   check_enriched_only(root, scene);
   if (const auto solver = root.find("solver")) read_table(*solver, solver_keys(), {}, scene.solver);

@@ -11,6 +11,7 @@
 #include "micro/core/types.h"
 #include "micro/fiber/fiber_model.h"
 #include "micro/rigid/body_dof.h"
+#include "micro/rigid/surface.h"
 #include "micro/scene/amplitude.h"
 
 namespace trame::micro {
@@ -113,12 +114,23 @@ struct Tie {
   bool operator==(const Tie&) const = default;
 };
 
+/// A rigid surface that a body carries, which fibers touch from outside, or from inside.
+struct SurfaceSpec {
+  Surface surface;                             ///< from the position of the body, m
+  std::optional<double> friction_coefficient;  ///< µ; default: that between fibers
+  std::string from_stage;                      ///< the first stage with it; empty: from the start on
+  bool touches = false;  ///< as that stage begins, the body is moved along the plane's normal until it touches a fiber
+
+  bool operator==(const SurfaceSpec&) const = default;
+};
+
 /// A rigid body. A weave makes its own: "warp/1/start" … for yarn ends, "side/warp/start" … for patch sides; and
 /// "cell/warp", "cell/weft" for periods, of which the positions are the period vectors.
 struct BodySpec {
   std::string name;
   Vec3 position = Vec3::Zero();  ///< m
   std::vector<Tie> ties;
+  std::vector<SurfaceSpec> surfaces = {};
 
   bool operator==(const BodySpec&) const = default;
 };

@@ -39,6 +39,7 @@ std::string scene_schema() {
   describe(text, "[yarn.NAME]", yarn_kind_keys({}));
   describe(text, "[[body]]", body_keys());
   describe(text, "[[body.tie]]", tie_keys({}));
+  describe(text, "[[body.surface]]", surface_keys());
   describe(text, "[[stage]]", stage_keys());
   describe(text, "[[stage.drive]]", drive_keys({}));
   describe(text, "[test]", named_test_keys({}));

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -36,6 +38,51 @@ NameTable body_names(const Scene& scene) {
   return names;
 }
 
+namespace {
+
+/// Fails for keys that are of other shapes, and for those that the shape lacks.
+void check_shape_keys(const SceneValue& table, SurfaceShape shape) {
+  struct Own {
+    Names needed, allowed;
+  };
+  static const std::array<Own, 4> keys = {
+      {{{"normal"}, {"touch"}}, {{"axis", "radius"}, {"length", "inside"}}, {{"radius"}, {"inside"}}, {{"size"}, {}}}};
+  const auto& [needed, allowed] = keys[static_cast<std::size_t>(shape)];
+  const std::string name = table.find("shape")->text();
+  for (const std::string& key : needed)
+    if (!table.find(key)) table.fail_missing(key, fmt::format("what a {} needs", name));
+  Names own = needed;
+  own.insert(own.end(), allowed.begin(), allowed.end());
+  for (const char* key : {"normal", "axis", "radius", "length", "size", "inside", "touch"})
+    if (const auto value = table.find(key); value && std::find(own.begin(), own.end(), key) == own.end())
+      value->fail(fmt::format("is none of a {}; it has {}", name, allowed_names(own)));
+}
+
+/// A unit vector.
+Vec3 direction(const SceneValue& value, const Vec3& v) {
+  if (v.norm() < 1e-9 * (1 + v.cwiseAbs().maxCoeff())) value.fail("must have a direction");
+  return v.normalized();
+}
+
+SurfaceSpec read_surface(const SceneValue& table, const Vec3& position) {
+  SurfaceInput input;
+  read_table(table, surface_keys(), {}, input);
+  Surface& surface = input.surface.surface;
+  check_shape_keys(table, surface.shape);
+  if (input.center) surface.center = *input.center - position;
+  if (input.normal) surface.direction = direction(*table.find("normal"), *input.normal);
+  if (input.axis) surface.direction = direction(*table.find("axis"), *input.axis);
+  surface.radius = input.radius.value_or(0);
+  surface.half_length = 0.5 * input.length.value_or(0);
+  if (input.size) {
+    if (input.size->minCoeff() <= 0) table.find("size")->fail("must be three lengths greater than 0");
+    surface.half_size = 0.5 * *input.size;
+  }
+  return input.surface;
+}
+
+}  // namespace
+
 void read_bodies(const SceneValue& root, Scene& scene) {
   const auto bodies = root.find("body");
   if (!bodies) return;
@@ -46,7 +93,7 @@ void read_bodies(const SceneValue& root, Scene& scene) {
   std::set<std::pair<Index, FiberEnd>> tied;
   for (const SceneValue& table : bodies->tables()) {
     BodySpec body;
-    read_table(table, body_table, {"tie"}, body);
+    read_table(table, body_table, {"tie", "surface"}, body);
     add_new_name(*table.find("name"), body.name, known);
     const auto ties = table.find("tie");
     for (const SceneValue& entry : ties ? ties->tables() : std::vector<SceneValue>()) {
@@ -56,7 +103,39 @@ void read_bodies(const SceneValue& root, Scene& scene) {
         if (!tied.emplace(fiber, tie.end).second)
           entry.find("fibers")->fail(fmt::format("this end of \"{}\" must not be tied twice", fibers.names()[fiber]));
     }
+    const auto surfaces = table.find("surface");
+    for (const SceneValue& entry : surfaces ? surfaces->tables() : std::vector<SceneValue>()) {
+      body.surfaces.push_back(read_surface(entry, body.position));
+      if (body.surfaces.back().touches && !body.ties.empty())
+        entry.find("touch")->fail("must be false, because the body ties fiber ends, which would move with it");
+    }
     scene.bodies.push_back(std::move(body));
+  }
+}
+
+bool has_surfaces(const Scene& scene) {
+  return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return !b.surfaces.empty(); });
+}
+
+void check_surfaces(const SceneValue& root, const Scene& scene) {
+  const auto bodies = root.find("body");
+  if (!bodies) return;
+  NameTable stages;
+  for (const Stage& stage : scene.stages) stages.add(stage.name);
+  const std::vector<SceneValue> tables = bodies->tables();
+  for (std::size_t b = 0; b < tables.size(); ++b) {
+    const auto surfaces = tables[b].find("surface");
+    if (!surfaces) continue;
+    const std::vector<SceneValue> entries = surfaces->tables();
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      if (const auto stage = entries[i].find("from_stage")) (void)stage->one_of(stages, "a stage");
+      const Surface& surface = scene.bodies[b].surfaces[i].surface;
+      const bool is_level = surface.shape == SurfaceShape::plane && std::abs(surface.direction.z()) > 1 - 1e-12;
+      if (scene.weave && scene.weave->is_periodic() && !is_level)
+        entries[i].find("shape")->fail(
+            "must be a plane with a normal along z, because the weave is periodic: the surface would meet fibers of "
+            "the next cells");
+    }
   }
 }
 

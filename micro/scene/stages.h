@@ -16,6 +16,11 @@ void add_new_name(const SceneValue& named, const std::string& name, NameTable& k
 /// Fills scene.bodies from [[body]]. Needs the fibers, bundles and the weave.
 void read_bodies(const SceneValue& root, Scene& scene);
 
+[[nodiscard]] bool has_surfaces(const Scene& scene);
+
+/// Fails for surfaces that wait for a stage which there is not, and for those that a periodic weave cannot have.
+void check_surfaces(const SceneValue& root, const Scene& scene);
+
 /// Fills scene.stages from [[stage]], or for a weave without any with those that weave it. Needs the bodies and the
 /// effects.
 void read_stages(const SceneValue& root, Scene& scene);

@@ -218,6 +218,40 @@ std::vector<Key<Tie>> tie_keys(const NameTable& fibers_and_yarns) {
           key<T>("kind", &T::kind, kind, "each fiber's position and section, or means that let fibers rearrange")};
 }
 
+std::vector<Key<SurfaceInput>> surface_keys() {
+  using T = SurfaceInput;
+  const auto shape = choice<SurfaceShape>({{"plane", SurfaceShape::plane},
+                                           {"cylinder", SurfaceShape::cylinder},
+                                           {"sphere", SurfaceShape::sphere},
+                                           {"box", SurfaceShape::box}});
+  return {key<T>(
+              "shape", [](T& t) -> SurfaceShape& { return t.surface.surface.shape; }, shape, "what it is")
+              .needed(),
+          key<T>("center", &T::center, vector(length), "its middle, or a point of a plane")
+              .otherwise("default: the position of the body"),
+          key<T>("normal", &T::normal, vector(plain_number), "plane: towards the side on which fibers are")
+              .otherwise("needed there"),
+          key<T>("axis", &T::axis, vector(plain_number), "cylinder: its direction").otherwise("needed there"),
+          key<T>("radius", &T::radius, quantity(length, above(0)), "cylinder, sphere").otherwise("needed there"),
+          key<T>("length", &T::length, quantity(length, above(0)), "cylinder: between the centres of its rounded ends")
+              .otherwise("default: without end"),
+          key<T>("size", &T::size, vector(length), "box: its edges along x, y and z").otherwise("needed there"),
+          key<T>(
+              "inside", [](T& t) -> bool& { return t.surface.surface.inside; }, boolean(),
+              "cylinder, sphere: fibers are inside of it"),
+          key<T>(
+              "friction_coefficient", [](T& t) -> std::optional<double>& { return t.surface.friction_coefficient; },
+              number(between(0, 10)), "between it and fibers")
+              .otherwise("default: that of [contact]"),
+          key<T>(
+              "from_stage", [](T& t) -> std::string& { return t.surface.from_stage; }, free_text(),
+              "name of the first stage in which it is there")
+              .otherwise("default: the first one"),
+          key<T>(
+              "touch", [](T& t) -> bool& { return t.surface.touches; }, boolean(),
+              "plane: as that stage begins, its body is moved along the normal until it touches a fiber")};
+}
+
 std::vector<Key<Stage>> stage_keys() {
   using T = Stage;
   return {

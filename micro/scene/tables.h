@@ -52,6 +52,12 @@ struct WeaveInput {
   Index first_warp = 1, first_weft = 1;
   std::array<bool, 2> periodic{};  ///< warp, weft
 };
+/// What [[body.surface]] says; which keys belong to which shape is checked where it is read.
+struct SurfaceInput {
+  SurfaceSpec surface;
+  std::optional<Vec3> center, normal, axis, size;
+  std::optional<double> radius, length;
+};
 /// A drive of several dofs of several bodies. The unit of a displacement or force depends on the dof.
 struct DriveInput {
   Names bodies;
@@ -74,6 +80,7 @@ struct DriveInput {
 [[nodiscard]] std::vector<Key<YarnSystemInput>> yarn_system_keys(const NameTable& fiber_types);
 [[nodiscard]] std::vector<Key<BodySpec>> body_keys();
 [[nodiscard]] std::vector<Key<Tie>> tie_keys(const NameTable& fibers_and_yarns);
+[[nodiscard]] std::vector<Key<SurfaceInput>> surface_keys();
 [[nodiscard]] std::vector<Key<Stage>> stage_keys();
 [[nodiscard]] std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies);
 [[nodiscard]] std::vector<Key<Scene>> effect_keys();

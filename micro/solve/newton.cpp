@@ -235,6 +235,7 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
     round_off_ = estimated_round_off(state);
     for (std::size_t d = 0; d < force_.size(); ++d) step_[d] = -force_[d];
     impose(prescribed, remaining);
+    hold_loose_bodies();
     for (Index v = 0; v < layout_.n_vectors(); ++v)
       if (damping_[v] > 0) add_to_diagonal(v, damping_[v]);
     load_ = step_;
@@ -292,7 +293,7 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
   set_up(Assembler::Tangent::exact);
   if (!find(try_old_factor)) return false;
   constexpr int max_raises = 3;
-  for (int n = 0; n < max_raises && raise_damping(prescribed); ++n) {
+  for (int n = 0; n < max_raises && raise_damping(prescribed, remaining); ++n) {
     step_ = load_;
     if (!find(true)) return false;
   }
@@ -304,22 +305,27 @@ bool NewtonSolver::find_step(Effects& effects, const PrescribedMotion& prescribe
 /// Where a step is longer than the trust radius, something soft wants to go far: adds to the damping of the vectors
 /// that move most (Levenberg and Marquardt's method), as much as holds them back and hardly anything else: a soft mode
 /// of stiffness k = s·K s / s·s gets μ = k (‖s‖ / radius − 1). False if the step is short enough.
-bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed) {
-  const Largest longest = largest([&](Index v) { return Eigen::Map<const Vec3>(step_.data() + 3 * v).norm(); });
-  if (!control_.wants_damping(longest.size)) return false;
+/// Of a step along which bodies are moved farther than the cap, only a part will be taken: that is what counts.
+bool NewtonSolver::raise_damping(const PrescribedMotion& prescribed, double remaining) {
+  const auto longest_of = [&](const auto& vectors) {
+    return largest([&](Index v) { return Eigen::Map<const Vec3>(vectors.data() + 3 * v).norm(); }).size;
+  };
+  const double part = control_.part_of(remaining * longest_of(prescribed.motion)),
+               longest = part * longest_of(step_);
+  if (!control_.wants_damping(longest)) return false;
   std::vector<Index> far;
   double work = 0, squares = 0;
   for (Index v = 0; v < layout_.n_vectors(); ++v) {
     const Eigen::Map<const Vec3> step(step_.data() + 3 * v), load(load_.data() + 3 * v);
     if (prescribed.fixed[3 * v] || prescribed.fixed[3 * v + 1] || prescribed.fixed[3 * v + 2] ||
-        step.norm() <= 0.5 * control_.radius() * unit_[v])
+        part * step.norm() <= 0.5 * control_.radius() * unit_[v])
       continue;
     far.push_back(v);
     work += load.dot(step);
     squares += step.squaredNorm() / (unit_[v] * unit_[v]);
   }
   if (work <= 0) return false;
-  const double more = work / squares * (longest.size / control_.radius() - 1);
+  const double more = work / squares * (longest / control_.radius() - 1);
   for (const Index v : far) {
     damping_[v] += more / (unit_[v] * unit_[v]);
     add_to_diagonal(v, more / (unit_[v] * unit_[v]));
@@ -339,6 +345,20 @@ void NewtonSolver::add_to_diagonal(Index vector, double stiffness) {
   double* diagonal =
       values_.data() + pattern_.value_start(j) + static_cast<std::size_t>(c) * (pattern_.column_height(j) + 1);
   for (int d = 0; d < 3; ++d, diagonal += pattern_.column_height(j) + 1) *diagonal += stiffness;
+}
+
+/// Dofs of bodies that nothing resists, as those of a plate that touches nothing yet: they go as far as the cap where
+/// step_, still the load, drives them.
+void NewtonSolver::hold_loose_bodies() {
+  for (const Index rotation : layout_.rotation_vectors()) {
+    const Index j = node_of_[rotation], height = pattern_.column_height(j);
+    for (Index c = 0; c < 3 * layout_.n_vectors(j); ++c) {
+      double& diagonal = values_[pattern_.value_start(j) + static_cast<std::size_t>(c) * (height + 1)];
+      if (diagonal != 0) continue;
+      const double load = std::abs(step_[layout_.first_dof(j) + c]);
+      diagonal = load > 0 ? load / (control_.radius() * unit_[layout_.first_vector(j) + c / 3]) : 1;
+    }
+  }
 }
 
 bool NewtonSolver::seen_unstable(Effects& effects, const PrescribedMotion& prescribed, const State& state) {

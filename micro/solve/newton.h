@@ -151,7 +151,8 @@ class NewtonSolver {
   [[nodiscard]] bool find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state,
                                double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
   [[nodiscard]] double forcing_term() const;
-  [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed);
+  [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed, double remaining);
+  void hold_loose_bodies();
   void scale_diagonal(double factor);
   void add_to_diagonal(Index vector, double stiffness);
   [[nodiscard]] double line_search(Effects& effects, const State& state, double alpha, double longest,

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "micro/contact/contact.h"
+#include "micro/contact/surface_contact.h"
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
 #include "micro/rigid/rigid_body.h"
@@ -112,6 +113,57 @@ TEST(Derivatives, FrictionThatGoesWithTheNormalForce) {
       EXPECT_LT(with_terms, 0.02 * 0.02 * all) << amplitude;
       EXPECT_LT(with_terms, 0.3 * 0.3 * symmetric_alone) << amplitude;
     }
+  }
+}
+
+/// Two fibers, and surfaces of a turned body that are pressed into the first one, each seen in another way.
+struct RubbedBySurfaces {
+  explicit RubbedBySurfaces(FiberModel model)
+      : scene(model), contact(scene.field, scene.bodies, surfaces(), {}, {1, 1}) {
+    contact.begin_step(scene.state, 1);
+    contact.update(scene.state);
+  }
+  /// Given where they are seen from: the middle of the fiber, 0.95 of its radius away along n.
+  [[nodiscard]] std::vector<BodySurface> surfaces() const {
+    const Pose pose = scene.bodies.pose(scene.state, 0);
+    const Mat3 to_body = pose.rotation.transpose();
+    const Vec3 seen_from = to_body * (Vec3(5, 0.4, 0.2) - pose.position), n = to_body * Vec3(0.1, -0.2, 1).normalized(),
+               axis = to_body * Vec3(0.1, 1, 0.2).normalized(), across = (axis - n * n.dot(axis)).normalized();
+    const double away = 0.95;
+    const Vec3 foot = seen_from - away * n;
+    std::vector<Surface> all(7);
+    all[0] = {SurfaceShape::plane, foot, n};
+    all[1] = {SurfaceShape::cylinder, foot - 3 * n, across, 3};
+    all[2] = {SurfaceShape::sphere, foot - 4 * n, Vec3::UnitZ(), 4};
+    // Its rounded end.
+    const Vec3 leaning = (n + 0.8 * across).normalized();
+    all[3] = {SurfaceShape::cylinder, foot - 2 * n - 1.5 * leaning, leaning, 2, 1.5};
+    // From inside.
+    all[4] = {SurfaceShape::cylinder, foot + 6 * n, across, 6};
+    all[4].inside = true;
+    // An edge, and a face.
+    all[5] = {.shape = SurfaceShape::box, .half_size = {1, 2, 3}};
+    all[5].center = seen_from - Vec3(1 + 0.6 * away, 2 + 0.8 * away, 2);
+    all[6] = {.shape = SurfaceShape::box, .half_size = {1, 2, 3}};
+    all[6].center = seen_from - Vec3(0.5, 1, 3 + away);
+    std::vector<BodySurface> result;
+    for (const Surface& surface : all) result.push_back({0, surface, 0.3, "body"});
+    return result;
+  }
+  TwoFibers scene;
+  SurfaceContact contact;
+};
+
+TEST(Derivatives, ContactWithSurfaces) {
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
+    RubbedBySurfaces rubbed(model);
+    auto& [scene, contact] = rubbed;
+    std::vector<bool> pressed(contact.surfaces().size());
+    for (const SurfaceContactElement& e : contact.elements())
+      if (e.gap() < -0.02) pressed[e.surface] = true;
+    EXPECT_EQ(pressed, std::vector<bool>(pressed.size(), true));
+    for (const double amplitude : {0.003, 0.05})
+      expect_consistent_derivatives(contact, scene.layout, perturbed(scene.layout, scene.state, amplitude, 7));
   }
 }
 

@@ -114,6 +114,31 @@ TEST_F(Resume, AfterAnyIncrementLeavesWhatTheWholeRunDoes) {
   }
 }
 
+/// A fiber that a ball is pressed on, which then turns.
+Scene rolled() {
+  Scene scene = dragged();
+  scene.bodies.push_back({"ball", {0, 20e-6, 62e-6}, {}, {{}}});
+  scene.bodies.back().surfaces[0].surface = {.shape = SurfaceShape::sphere, .radius = 30e-6};
+  scene.stages[0].drives.push_back({"ball", BodyDof::z, DriveMode::displacement, -25e-6, ""});
+  scene.stages[1].drives.push_back({"ball", BodyDof::rx, DriveMode::displacement, 0.1, ""});
+  return scene;
+}
+
+TEST_F(Resume, WithSurfaces) {
+  const Scene scene = rolled();
+  const SimulationSummary whole = run_until(scene, file("whole.h5"), 0, false);
+  ASSERT_EQ(whole.status, Status::done) << whole.message;
+  const Increment last_state = SnapshotReader(file("whole.h5")).read(3);
+  EXPECT_GT(last_state.bodies.force.back().norm(), 0) << "it touches nothing";
+  for (Index last = 1; last <= whole.n_increments; ++last) {
+    SCOPED_TRACE(last);
+    const fs::path states = file(std::to_string(last) + ".h5");
+    (void)run_until(scene, states, last, false);
+    expect_same(run_until(scene, states, 0, true, 1 + last % 2), whole);
+    expect_same(states, file("whole.h5"));
+  }
+}
+
 TEST_F(Resume, AgainAndAgain) {
   const Scene scene = dragged();
   const SimulationSummary whole = run_until(scene, file("whole.h5"), 0, false);

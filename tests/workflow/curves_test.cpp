@@ -192,6 +192,29 @@ TEST(SideCurves, AreForcesPerWidthAndTheHeldSidesGoOverTheStrainOfTheOthers) {
       << branches_csv(curves);
 }
 
+TEST(PlateCurves, AreAPressureOverHowFarTheyHaveClosedIn) {
+  micro::Scene scene;
+  scene.weave.emplace();
+  scene.weave->warp.n_yarns = 4, scene.weave->warp.yarn_spacing = 0.5e-3;  // 2 mm wide
+  scene.weave->weft.n_yarns = 2, scene.weave->weft.yarn_spacing = 0.5e-3;  // 1 mm
+  for (const char* name : {"plate/upper", "plate/lower"}) scene.bodies.push_back({name, Vec3::Zero(), {}});
+  micro::Stage press;
+  press.name = "compaction";
+  press.drives = {{"plate/*", micro::BodyDof::z, micro::DriveMode::strain, -0.1, ""}};
+  scene.stages = {press};
+  const CurvesTable table{
+      {"plate/upper.z_m", "plate/upper.z_N", "plate/lower.z_m", "plate/lower.z_N"},
+      {{"compaction", 0, {0, 0, 0, 0}}, {"compaction", 1, {-2e-6, -3e-3, 1e-6, 3e-3}}}};
+  const std::vector<Curve> curves = curves_of(table, scene);
+  ASSERT_EQ(curves.size(), 3U);
+  EXPECT_TRUE(curves[0].is_of_plates());
+  EXPECT_DOUBLE_EQ(curves[0].points[1].motion, 3e-6);
+  EXPECT_DOUBLE_EQ(curves[0].points[1].reaction, 3e-3 / 2e-6);
+  EXPECT_NE(plot_commands({curves[0]}).find("set ylabel 'pressure (kPa)'"), std::string::npos);
+  EXPECT_NE(branches_csv(curves).find("plates,compaction,loading,m,Pa,0,3e-06,0,1500,"), std::string::npos)
+      << branches_csv(curves);
+}
+
 TEST(CurvesPlot, DrawsUnloadingDashedAndBackToWhereItBegan) {
   Curve curve = curve_of_a_body();
   append(curve, "load", 0, 0.002, [](double u) { return 5 * u; });

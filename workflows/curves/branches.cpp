@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "micro/scene/named_test.h"
 #include "workflows/csv.h"
 
 namespace trame::workflows {
@@ -58,6 +59,35 @@ std::vector<Curve> side_curves(const CurvesTable& table, const std::optional<mic
   return curves;
 }
 
+/// The stages that drive a dof, but for those in which it follows.
+std::set<std::string> driving_stages(const micro::Scene& scene, const std::string& body, micro::BodyDof dof) {
+  std::set<std::string> stages;
+  for (const micro::DrivenDof& driven : micro::driven_dofs(scene, {body}))
+    for (std::size_t s = 0; s < scene.stages.size() && driven.dof == dof; ++s)
+      if (driven.modes[s] && driven.modes[s] != micro::DriveMode::follow) stages.insert(scene.stages[s].name);
+  return stages;
+}
+
+/// The plates of a compaction of a weave as one curve.
+std::optional<Curve> plate_curve(const CurvesTable& table, const std::optional<micro::Scene>& scene) {
+  if (!scene || !scene->weave) return std::nullopt;
+  std::array<std::size_t, 2> motion{}, reaction{};
+  for (const std::size_t side : {0, 1}) {
+    const auto names = dof_columns(std::string(micro::plate_names[side]), micro::BodyDof::z);
+    const auto moves = table.find(names[0]), bears = table.find(names[1]);
+    if (!moves || !bears) return std::nullopt;
+    motion[side] = *moves;
+    reaction[side] = *bears;
+  }
+  const auto [across_warp, across_weft] = side_widths(*scene->weave);
+  Curve curve{"plates", "m", "Pa", {}, {}, true};
+  for (const CurvesTable::Row& row : table.rows)
+    curve.points.push_back({row.stage, row.stage_time, row.values[motion[1]] - row.values[motion[0]],
+                            0.5 * (row.values[reaction[1]] - row.values[reaction[0]]) / (across_warp * across_weft)});
+  curve.stages = driving_stages(*scene, std::string(micro::plate_names[0]), micro::BodyDof::z);
+  return curve.stages.empty() ? std::nullopt : std::optional(curve);
+}
+
 /// The body and dof that a column of motions is of.
 std::optional<std::pair<std::string, micro::BodyDof>> dof_of(const std::string& column) {
   const std::size_t dot = column.rfind('.');
@@ -67,15 +97,6 @@ std::optional<std::pair<std::string, micro::BodyDof>> dof_of(const std::string& 
     if (dof_columns(column.substr(0, dot), dof)[0] == column) return std::pair(column.substr(0, dot), dof);
   }
   return std::nullopt;
-}
-
-/// The stages that drive a dof, but for those in which it follows.
-std::set<std::string> driving_stages(const micro::Scene& scene, const std::string& body, micro::BodyDof dof) {
-  std::set<std::string> stages;
-  for (const micro::DrivenDof& driven : micro::driven_dofs(scene, {body}))
-    for (std::size_t s = 0; s < scene.stages.size() && driven.dof == dof; ++s)
-      if (driven.modes[s] && driven.modes[s] != micro::DriveMode::follow) stages.insert(scene.stages[s].name);
-  return stages;
 }
 
 double slope(const Point& p, const Point& q) { return (q.reaction - p.reaction) / (q.motion - p.motion); }
@@ -172,6 +193,7 @@ std::array<double, 2> side_widths(const micro::Weave& weave) {
 
 std::vector<Curve> curves_of(const CurvesTable& table, const std::optional<micro::Scene>& scene) {
   std::vector<Curve> curves = side_curves(table, scene);
+  if (auto plates = plate_curve(table, scene)) curves.insert(curves.begin(), std::move(*plates));
   for (std::size_t i = 0; i + 1 < table.columns.size(); ++i) {
     const auto driven = dof_of(table.columns[i]);
     if (!driven) continue;

@@ -17,19 +17,22 @@ struct Curve {
     std::string stage;
     double stage_time = 0, motion = 0, reaction = 0;
   };
-  std::string name;                        ///< "warp sides", "right, x"
-  std::string motion_unit, reaction_unit;  ///< "1", "m", "rad"; "N/m", "N", "N m"
+  std::string name;                        ///< "warp sides", "plates", "right, x"
+  std::string motion_unit, reaction_unit;  ///< "1", "m", "rad"; "N/m", "Pa", "N", "N m"
   std::vector<Point> points;
   std::set<std::string> stages;  ///< that drive it; not those in which it follows another body
   /// Its reaction does work along its motion; not so of sides that keep their distance, over the strain of the others.
   bool works = true;
 
   [[nodiscard]] bool is_of_sides() const { return motion_unit == "1"; }
+  /// Pressure over how far plates have closed in.
+  [[nodiscard]] bool is_of_plates() const { return reaction_unit == "Pa"; }
+  [[nodiscard]] bool is_of_fabric() const { return is_of_sides() || is_of_plates(); }
   [[nodiscard]] bool turns() const { return motion_unit == "rad"; }
 };
 
 /// All curves of a table that some stage drives. Those of sides are strains and, where the scene is known, forces per
-/// width of the fabric.
+/// width of the fabric; that of the plates of a compaction is a pressure on yarns × spacing of both systems.
 [[nodiscard]] std::vector<Curve> curves_of(const CurvesTable& table, const std::optional<micro::Scene>& scene);
 
 /// Width of the fabric that the warp and the weft pull on, m: yarns × spacing.

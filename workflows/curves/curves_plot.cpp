@@ -38,6 +38,7 @@ Axes axes_of(const Curve& curve) {
   if (curve.is_of_sides())
     return {"strain of the sides (%)", curve.reaction_unit == "N" ? "force on a side (N)" : "force per width (N/m)",
             0.01, 1};
+  if (curve.is_of_plates()) return {"plates closed in (µm)", "pressure (kPa)", 1e-6, 1e3};
   if (curve.turns()) return {"turn of the body (°)", "moment about the axis (µN m)", std::numbers::pi / 180, 1e-6};
   return {"motion of the body (µm)", "force along the axis (mN)", 1e-6, 1e-3};
 }
@@ -82,7 +83,7 @@ bool plot_curves(const std::filesystem::path& folder, const std::vector<Curve>& 
   if (first == curves.end()) return true;
   const auto most = std::max_element(curves.begin(), curves.end(),
                                      [](const Curve& a, const Curve& b) { return largest_work(a) < largest_work(b); });
-  const Curve& leads = first->is_of_sides() ? *first : *most;
+  const Curve& leads = first->is_of_fabric() ? *first : *most;
   const std::string commands = plot_commands(curves_on(axes_of(leads), curves));
   if (commands.empty()) return true;
   micro::write_whole_file(

@@ -10,7 +10,7 @@
 
 namespace trame::workflows {
 
-/// Curves that go onto one pair of axes: of sides, of translations, of rotations.
+/// Curves that go onto one pair of axes: of sides, of plates, of translations, of rotations.
 struct Axes {
   std::string motion, reaction;  ///< labels with units
   double per_motion = 1, per_reaction = 1;
@@ -24,8 +24,8 @@ struct Axes {
 /// because gnuplot does not read every CSV table right. Empty where nothing moves.
 [[nodiscard]] std::string plot_commands(const std::vector<Curve>& curves);
 
-/// Writes curves.gp to the folder, for anyone to adapt, and runs gnuplot on it for curves.svg: the curves of the sides,
-/// without any those of the dof that took most work and what shares its axes. False where gnuplot is missing or fails;
+/// Writes curves.gp to the folder, for anyone to adapt, and runs gnuplot on it for curves.svg: the curves of the plates,
+/// or of the sides; without any those of the dof that took most work and what shares its axes. False where gnuplot is missing or fails;
 /// nothing to draw needs no picture.
 [[nodiscard]] bool plot_curves(const std::filesystem::path& folder, const std::vector<Curve>& curves,
                                const std::string& title);

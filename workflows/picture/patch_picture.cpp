@@ -184,8 +184,8 @@ void write_png(vtkRenderWindow* window, const std::filesystem::path& file) {
   writer->WriteToMemoryOn();
   writer->Write();
   vtkUnsignedCharArray* png = writer->GetResult();
-  micro::write_whole_file(file, {reinterpret_cast<const char*>(png->GetPointer(0)),
-                                 static_cast<std::size_t>(png->GetNumberOfValues())});
+  micro::write_whole_file(
+      file, {reinterpret_cast<const char*>(png->GetPointer(0)), static_cast<std::size_t>(png->GetNumberOfValues())});
 }
 
 double mean_radius(const micro::FiberMesh& mesh) {
@@ -196,7 +196,8 @@ double mean_radius(const micro::FiberMesh& mesh) {
 
 /// Adds what the view shows and returns its frame.
 Frame add_patch(vtkRenderer* renderer, const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers,
-                const PictureOptions& options) {
+                const std::vector<micro::PlacedSurface>& surfaces, const PictureOptions& options) {
+  const Eigen::AlignedBox3d around = micro::extent_of(mesh, fibers);
   if (options.view == View::cut) {
     const CutPatch patch = cut_patch(mesh, fibers, options.cut);
     const Vec3 backward = -view_direction(options.cut);
@@ -204,10 +205,12 @@ Frame add_patch(vtkRenderer* renderer, const micro::FiberMesh& mesh, const micro
     add_tubes(renderer, patch.behind, 0.55);
     add_flat(renderer, patch.faces, step * backward);
     add_flat(renderer, patch.outlines, 2 * step * backward);
+    add_flat(renderer, surface_outlines(surfaces, around, options.cut), 2 * step * backward);
     return fit_frame(points_of({patch.behind, patch.faces}), backward, Vec3::UnitZ(), true, options.width);
   }
   const auto tubes = fiber_tubes(mesh, fibers);
   add_tubes(renderer, tubes, 0.28);
+  add_tubes(renderer, surface_shapes(surfaces, around), 0.28);
   const bool top = options.view == View::top;
   const Vec3 backward = top ? Vec3::UnitZ() : Vec3(-0.45, -0.9, 0.85);
   return fit_frame(points_of({tubes}), backward, top ? Vec3::UnitY() : Vec3::UnitZ(), top, options.width);
@@ -215,10 +218,11 @@ Frame add_patch(vtkRenderer* renderer, const micro::FiberMesh& mesh, const micro
 
 }  // namespace
 
-void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers, const PictureOptions& options,
+void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers,
+                   const std::vector<micro::PlacedSurface>& surfaces, const PictureOptions& options,
                    const std::filesystem::path& file) {
   vtkNew<vtkRenderer> patch, notes;
-  const Frame frame = add_patch(patch, mesh, fibers, options);
+  const Frame frame = add_patch(patch, mesh, fibers, surfaces, options);
   patch->SetBackground(1, 1, 1);
   set_camera(patch, frame);
   add_light(patch, Vec3(-0.4, 0.6, 1), 0.78);

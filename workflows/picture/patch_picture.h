@@ -4,7 +4,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <vector>
 
+#include "micro/states/surfaces_vtk.h"
 #include "workflows/picture/patch_shapes.h"
 
 namespace trame::workflows {
@@ -17,10 +19,12 @@ struct PictureOptions {
   int width = 1600;  ///< pixels; the height follows from what is seen
 };
 
-/// Draws the fibers into a PNG file. Needs an X server, see display.h. The scale bar holds at the centre of the patch
+/// Draws the fibers into a PNG file, and surfaces that they touch: grey; of planes, which would hide the fibers, only
+/// what a cut leaves of them. Needs an X server, see display.h. The scale bar holds at the centre of the patch
 /// where the view is a perspective one. Throws InputError for a cut that meets no fiber and a file that cannot be
 /// written.
-void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers, const PictureOptions& options,
+void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers,
+                   const std::vector<micro::PlacedSurface>& surfaces, const PictureOptions& options,
                    const std::filesystem::path& file);
 
 }  // namespace trame::workflows

@@ -10,6 +10,8 @@
 #include <vtkPlane.h>
 #include <vtkPointData.h>
 #include <vtkStripper.h>
+#include <vtkTransform.h>
+#include <vtkTransformPolyDataFilter.h>
 #include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
 
@@ -169,6 +171,53 @@ Shape fiber_tubes(const FiberMesh& mesh, const FiberConfiguration& fibers) {
   const std::vector<Shape> tubes = uncoloured_tubes(mesh, fibers);
   for (Index f = 0; f < mesh.n_fibers(); ++f) paint(tubes[f], [&](const Vec3&) { return colours[f]; });
   return joined(tubes);
+}
+
+namespace {
+
+Shape in_micrometres(const Shape& shape) {
+  vtkNew<vtkTransform> scale;
+  scale->Scale(1 / micrometre, 1 / micrometre, 1 / micrometre);
+  vtkNew<vtkTransformPolyDataFilter> filter;
+  filter->SetInputData(shape);
+  filter->SetTransform(scale);
+  filter->Update();
+  return filter->GetOutput();
+}
+
+/// What `shape_of_surface` makes of each of the surfaces, in one colour.
+template <class ShapeOf>
+Shape joined_surfaces(const std::vector<micro::PlacedSurface>& surfaces, const Vec3& colour,
+                      ShapeOf&& shape_of_surface) {
+  std::vector<Shape> shapes = {Shape::New()};
+  for (const micro::PlacedSurface& surface : surfaces)
+    if (Shape shape = shape_of_surface(surface)) shapes.push_back(shape);
+  for (const Shape& shape : shapes) paint(shape, [&](const Vec3&) { return colour; });
+  return joined(shapes);
+}
+
+}  // namespace
+
+vtkSmartPointer<vtkPolyData> surface_shapes(const std::vector<micro::PlacedSurface>& surfaces,
+                                            const Eigen::AlignedBox3d& around) {
+  return joined_surfaces(surfaces, Vec3::Constant(0.72), [&](const micro::PlacedSurface& surface) -> Shape {
+    return surface.surface.shape == micro::SurfaceShape::plane ? nullptr : in_micrometres(shape_of(surface, around));
+  });
+}
+
+vtkSmartPointer<vtkPolyData> surface_outlines(const std::vector<micro::PlacedSurface>& surfaces,
+                                              const Eigen::AlignedBox3d& around, const CutPlane& plane) {
+  const Vec3 origin = plane.position / micrometre * Vec3::Unit(plane.axis), ahead = view_direction(plane);
+  vtkNew<vtkPlane> vtk_plane;
+  vtk_plane->SetOrigin(origin.data());
+  vtk_plane->SetNormal(ahead.data());
+  return joined_surfaces(surfaces, Vec3::Constant(0.2), [&](const micro::PlacedSurface& surface) -> Shape {
+    vtkNew<vtkCutter> cutter;
+    cutter->SetInputData(in_micrometres(shape_of(surface, around)));
+    cutter->SetCutFunction(vtk_plane);
+    cutter->Update();
+    return cutter->GetOutput();
+  });
 }
 
 Vec3 view_direction(const CutPlane& plane) { return plane.axis == 0 ? Vec3(-1, 0, 0) : Vec3(0, 1, 0); }

@@ -5,7 +5,10 @@
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
+#include <vector>
+
 #include "micro/fiber/fiber_mesh.h"
+#include "micro/states/surfaces_vtk.h"
 
 namespace trame::workflows {
 
@@ -39,6 +42,13 @@ struct CutPatch {
 /// the other horizontal axis points to the right. Throws InputError where the plane cuts no fiber.
 [[nodiscard]] CutPatch cut_patch(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers,
                                  const CutPlane& plane);
+
+/// Surfaces as grey meshes, without planes.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> surface_shapes(const std::vector<micro::PlacedSurface>& surfaces,
+                                                          const Eigen::AlignedBox3d& around);
+/// What a cut leaves of them, and of planes: dark lines.
+[[nodiscard]] vtkSmartPointer<vtkPolyData> surface_outlines(const std::vector<micro::PlacedSurface>& surfaces,
+                                                            const Eigen::AlignedBox3d& around, const CutPlane& plane);
 
 /// Unit vector along which a cut is looked at.
 [[nodiscard]] Vec3 view_direction(const CutPlane& plane);

@@ -7,6 +7,7 @@
 #include <functional>
 #include <numbers>
 
+#include "micro/scene/named_test.h"
 #include "micro/scene/weave.h"
 #include "workflows/curves/curves_plot.h"
 #include "workflows/report/gnuplot.h"
@@ -47,14 +48,17 @@ Shown shown_motion(const Curve& c) {
 }
 Shown shown_reaction(const Curve& c) {
   if (c.is_of_sides()) return {1, c.reaction_unit == "N" ? "N" : "N/m"};
+  if (c.is_of_plates()) return {1e-3, "kPa"};
   return c.turns() ? Shown{1e6, "µN m"} : Shown{1e3, "mN"};
 }
 Shown shown_stiffness(const Curve& c) {
   if (c.is_of_sides()) return {1e-3, c.reaction_unit == "N" ? "kN" : "kN/m"};
+  if (c.is_of_plates()) return {1e-9, "kPa/µm"};
   return c.turns() ? Shown{1e6, "µN m/rad"} : Shown{1, "N/m"};
 }
 Shown shown_work(const Curve& c) {
   if (c.is_of_sides()) return {1, c.reaction_unit == "N" ? "N" : "J/m²"};
+  if (c.is_of_plates()) return {1, "J/m²"};
   return {1e6, "µJ"};
 }
 
@@ -88,9 +92,11 @@ std::string curves_figure(const std::vector<Curve>& curves) {
   return figure(inline_image(*svg, "image/svg+xml", what), filled("curves_caption", {{"what", what}}));
 }
 
-/// Sides, and the periods of a cell along its yarns, are shown as such.
-bool is_shown_as_side(const Curve& curve) {
-  return curve.name == fmt::format("{}, x", micro::period_name(true)) ||
+/// Plates, sides, and the periods of a cell along its yarns, are shown as such.
+bool is_shown_as_fabric(const Curve& curve) {
+  return std::any_of(micro::plate_names.begin(), micro::plate_names.end(),
+                     [&](std::string_view plate) { return curve.name == fmt::format("{}, z", plate); }) ||
+         curve.name == fmt::format("{}, x", micro::period_name(true)) ||
          curve.name == fmt::format("{}, y", micro::period_name(false)) ||
          (curve.name.starts_with("side/warp/") && curve.name.ends_with(", x")) ||
          (curve.name.starts_with("side/weft/") && curve.name.ends_with(", y"));
@@ -104,7 +110,7 @@ void leave_out_weaving(std::vector<Curve>& curves) {
     if (stages.empty() || stages.back() != point.stage) stages.push_back(point.stage);
   const auto strains = [&](const std::string& stage) {
     return std::any_of(curves.begin(), curves.end(),
-                       [&](const Curve& curve) { return curve.is_of_sides() && curve.stages.contains(stage); });
+                       [&](const Curve& curve) { return curve.is_of_fabric() && curve.stages.contains(stage); });
   };
   if (stages.empty()) return;
   auto first = std::find_if(stages.begin(), stages.end(), strains);
@@ -119,11 +125,11 @@ std::vector<Curve> worth_showing(const std::vector<Curve>& curves) {
   constexpr double small = 0.05;
   double most = 0;
   for (const Curve& curve : curves)
-    if (!curve.is_of_sides()) most = std::max(most, largest_work(curve));
-  const bool has_sides = std::any_of(curves.begin(), curves.end(), std::mem_fn(&Curve::is_of_sides));
+    if (!curve.is_of_fabric()) most = std::max(most, largest_work(curve));
+  const bool has_fabric = std::any_of(curves.begin(), curves.end(), std::mem_fn(&Curve::is_of_fabric));
   std::vector<Curve> kept;
   for (const Curve& curve : curves)
-    if (curve.is_of_sides() || (largest_work(curve) >= small * most && !(has_sides && is_shown_as_side(curve))))
+    if (curve.is_of_fabric() || (largest_work(curve) >= small * most && !(has_fabric && is_shown_as_fabric(curve))))
       kept.push_back(curve);
   return kept;
 }
@@ -153,23 +159,23 @@ std::string curves_html(std::vector<Curve> curves, bool is_weave, bool are_saved
   if (curves.empty()) return {};
   if (is_weave) leave_out_weaving(curves);
   const std::vector<Curve> worth = worth_showing(curves);
-  const Axes strain = axes_of({{}, "1", "N/m", {}, {}}), translation = axes_of({{}, "m", "N", {}, {}}),
-             rotation = axes_of({{}, "rad", "N m", {}, {}});
+  const Axes plates = axes_of({{}, "m", "Pa", {}, {}}), strain = axes_of({{}, "1", "N/m", {}, {}}),
+             translation = axes_of({{}, "m", "N", {}, {}}), rotation = axes_of({{}, "rad", "N m", {}, {}});
   std::string figures;
   HtmlTable rows{.header = {"driven", "stage", "branch", "motion", "reaction", "initial stiffness", "tangent at end",
                             "work", "loop"},
                  .rows = {}};
   std::size_t n_shown = 0, n_dofs = 0;
-  for (const Axes& axes : {strain, translation, rotation}) {
+  for (const Axes& axes : {plates, strain, translation, rotation}) {
     const std::vector<Curve> shown = curves_on(axes, worth);
     figures += curves_figure(shown);
     for (const Curve& curve : shown) {
       add_rows(curve, rows);
-      n_shown += curve.is_of_sides() ? 0 : 1;
+      n_shown += curve.is_of_fabric() ? 0 : 1;
     }
   }
   if (rows.rows.empty()) return {};
-  for (const Curve& curve : curves) n_dofs += curve.is_of_sides() ? 0 : 1;
+  for (const Curve& curve : curves) n_dofs += curve.is_of_fabric() ? 0 : 1;
   return filled("curves", {{"sides", std::any_of(worth.begin(), worth.end(), std::mem_fn(&Curve::is_of_sides))},
                            {"figures", figures},
                            {"table", table(rows)},
