@@ -93,6 +93,7 @@ class StageCost {
     price_fibers();
     price_bodies();
     price_contact();
+    price_surfaces();
     price_matrix();
     if (model_.proximal)
       add(PricedEffect::proximal, n_assemblies * model_.layout.n_nodes() * node_of_vectors, state_bytes());
@@ -194,6 +195,25 @@ class StageCost {
     if (!model_.contact->stick_slip().empty())
       add(PricedEffect::friction, n_assemblies * friction_block * count_blocks(elements),
           n * (sizeof(StickSlip) + sizeof(Vec3)) + state_bytes());
+  }
+
+  /// As if what touches them at the start went on doing so.
+  void price_surfaces() {
+    if (!model_.surface_contact) return;
+    constexpr double vectors_of_body = 2;
+    const auto& elements = model_.surface_contact->elements();
+    const auto n = static_cast<double>(elements.size());
+    const double places =
+        static_cast<double>(model_.surface_contact->surfaces().size()) * model_.field.mesh().n_fibers();
+    double blocks = 0;
+    for (const SurfaceContactElement& e : elements) {
+      const double vectors = e.shape.slots.n_nodes * e.shape.slots.n_vectors + vectors_of_body;
+      blocks += 0.5 * vectors * vectors;
+    }
+    add(PricedEffect::surfaces,
+        n_detections * (places * search_sample + n * contact_history) +
+            n_assemblies * (n * contact_element + blocks * contact_block),
+        n * (sizeof(SurfaceContactElement) + sizeof(SurfaceContactHistory)));
   }
 
   /// Factorisations and substitutions. What touching fibers cost more than loose ones is shared among contact and

@@ -24,12 +24,13 @@ enum class PricedEffect : std::uint8_t {
   friction,
   adaptation,
   crossing_order,
+  surfaces,
   bodies,
   follow,
   loads,
   proximal
 };
-inline constexpr int n_priced_effects = 12;
+inline constexpr int n_priced_effects = 13;
 
 struct EffectCost {
   PricedEffect effect{};

@@ -59,6 +59,8 @@ class Run {
 
   SimulationSummary follow_load_path() {
     begin_states();
+    if (const StartPoint at = start(); at.stage < run_.scene.stages.size())
+      run_.begun_at = run_.fraction(at.stage, at.stage_time);
     SimulationSummary& summary = run_.state.summary;
     const std::size_t first = resumption_ ? resumption_->at.stage : run_.state.first_stage,
                       n = run_.scene.stages.size();

@@ -79,6 +79,10 @@ std::vector<CalledEffect> body_effects(const Scene& scene) {
   std::vector<CalledEffect> called;
   if (scene.weave) called.push_back({PricedEffect::bodies, "rigid bodies and their ties", "[weave]"});
   if (!scene.bodies.empty()) called.push_back({PricedEffect::bodies, "rigid bodies and their ties", "[[body]]"});
+  for (const BodySpec& body : scene.bodies)
+    if (!body.surfaces.empty())
+      called.push_back(
+          {PricedEffect::surfaces, "contact with rigid surfaces", fmt::format("surface of body \"{}\"", body.name)});
   return called;
 }
 

@@ -86,8 +86,8 @@ std::string progress_text(const micro::Progress& progress, double elapsed_second
   std::string text =
       fmt::format("{:3.0f} %  {} ({}/{})  increment {}  {}", 100 * progress.fraction, progress.stage,
                   progress.stage_index + 1, progress.n_stages, progress.increment, duration_text(elapsed_seconds));
-  if (progress.fraction > 0 && progress.fraction < 1)
-    text += fmt::format(", about {} left", duration_text(elapsed_seconds * (1 / progress.fraction - 1)));
+  if (const double gone = progress.fraction - progress.begun_at; gone > 0 && progress.fraction < 1)
+    text += fmt::format(", about {} left", duration_text(elapsed_seconds * (1 - progress.fraction) / gone));
   text += fmt::format("  {} contacts", progress.n_contact_elements);
   if (progress.solver != nullptr)
     text += fmt::format(", {} iterations, penetration {:.3f} R", progress.solver->n_newton_iterations,

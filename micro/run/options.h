@@ -17,6 +17,7 @@ struct Progress {
   Index stage_index = 0, n_stages = 0;
   double stage_time = 0;  ///< 0…1
   double fraction = 0;    ///< of the whole load path, 0…1
+  double begun_at = 0;    ///< the same where this run began or was gone on with
   Index increment = 0;    ///< accepted so far
   const SolverRecord* solver = nullptr;
   Index n_contact_elements = 0;

@@ -148,18 +148,12 @@ class StageRun {
   }
 
   [[nodiscard]] Progress progress(double stage_time) const {
-    const auto& stages = run_.scene.stages;
-    double done = 0, all = 0;
-    for (std::size_t i = run_.state.first_stage; i < stages.size(); ++i) {
-      const double share = stages[i].n_increments;
-      all += share;
-      done += i < index_ ? share : i == index_ ? share * stage_time : 0;
-    }
     return {.stage = stage_.name,
             .stage_index = static_cast<Index>(index_),
-            .n_stages = static_cast<Index>(stages.size()),
+            .n_stages = static_cast<Index>(run_.scene.stages.size()),
             .stage_time = stage_time,
-            .fraction = done / all,
+            .fraction = run_.fraction(index_, stage_time),
+            .begun_at = run_.begun_at,
             .increment = run_.state.summary.n_increments,
             .solver = &run_.state.last_solver,
             .n_contact_elements = model_.n_contact_elements()};
@@ -202,6 +196,16 @@ class StageRun {
 };
 
 }  // namespace
+
+double RunContext::fraction(std::size_t stage, double stage_time) const {
+  double done = 0, all = 0;
+  for (std::size_t i = state.first_stage; i < scene.stages.size(); ++i) {
+    const double share = scene.stages[i].n_increments;
+    all += share;
+    done += i < stage ? share : i == stage ? share * stage_time : 0;
+  }
+  return done / all;
+}
 
 void run_stage(RunContext& run, std::size_t index, std::optional<Resumption>& resumption) {
   const bool resumes = resumption && resumption->at.within;

@@ -24,7 +24,10 @@ struct RunContext {
   RunState state;
   std::unique_ptr<StateFile> states;
   std::string continuation;  ///< of the last accepted increment
+  double begun_at = 0;       ///< fraction of the load path at which this run began or was gone on with
 
+  /// Of the load path from the first stage on, in increments.
+  [[nodiscard]] double fraction(std::size_t stage, double stage_time) const;
   [[nodiscard]] bool stop_requested() const { return options.stop && *options.stop; }
   void log(const std::string& text) const {
     if (options.log) options.log(text);

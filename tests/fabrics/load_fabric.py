@@ -23,10 +23,11 @@ class Tests(unittest.TestCase):
         self.folder = tempfile.TemporaryDirectory(prefix="load_fabric_")
         self.addCleanup(self.folder.cleanup)
 
-    def run_test(self, test, *options):
-        """Summary and rows of curves.csv of the stage of the test."""
+    def run_test(self, test, *options, scene=None):
+        """Folder of results, and rows of curves.csv of the stage of the test, which `scene` may have another one of."""
         file = pathlib.Path(self.folder.name) / "scene.toml"
-        file.write_text(self.scene.read_text() + f"\n[test]\n{test}\n")
+        text = (scene or self.scene).read_text().split("[test]")[0]
+        file.write_text(text + f"\n[test]\n{test}\n")
         out = file.parent / f"out_{len(list(file.parent.iterdir()))}"
         run = subprocess.run(
             [self.program, file, "--threads", "1", "--out", out, *options],
@@ -77,6 +78,17 @@ class Tests(unittest.TestCase):
         pulls = [float(rows[-1][f"weft/2/{end}.y_N"]) for end in ("start", "end")]
         self.assertGreater(pulls[1], 0)
         self.assertLess(pulls[0], 0)
+
+    def test_compaction_then_the_same_from_the_woven_state(self):
+        test, cell = 'kind = "compaction"\nstrain = "8 %"\nincrements = 4', self.scene.parent / "cell.toml"
+        out, rows = self.run_test(test, scene=cell)
+        upper, lower = ([float(row[f"plate/{side}.z_N"]) for row in rows] for side in ("upper", "lower"))
+        for thinner, force in zip(upper[1:], upper):
+            self.assertLess(thinner, force)  # it pushes down, the more
+        self.assertLess(abs(upper[0]), 0.01 * abs(upper[-1]))
+        self.assertAlmostEqual(lower[-1] / -upper[-1], 1, delta=1e-4)
+        _, again = self.run_test(test, "--start-from", out / "states.h5", "--after", "settle", scene=cell)
+        self.assertAlmostEqual(float(again[-1]["plate/upper.z_N"]) / upper[-1], 1, delta=0.01)
 
 
 if __name__ == "__main__":

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "micro/cost_estimate.h"
 #include "tests/support/messages.h"
 #include "tests/support/run_scene.h"
 
@@ -135,6 +137,19 @@ TEST(SurfaceScenes, ComeInWithTheirStageWhereTheyTouch) {
   EXPECT_NEAR(plane_at(3), 1e-4, 1e-9);
   EXPECT_LT(result.last().bodies.force[1].z(), 0);
   EXPECT_NEAR(result.tip().z(), -2e-3 * std::tan(2 * std::numbers::pi / 180), 2e-6);
+}
+
+TEST(SurfaceScenes, AreAnEffectWithAPrice) {
+  const auto prices = [](const std::vector<EffectCost>& effects) {
+    return std::count_if(effects.begin(), effects.end(), [](const EffectCost& cost) {
+      return cost.effect == PricedEffect::surfaces && cost.seconds > 0;
+    });
+  };
+  Scene scene = pressed("");
+  scene.bodies[1].position.z() = 1e-4;
+  EXPECT_EQ(prices(estimate_cost(scene).effects), 1);
+  scene.bodies[1].surfaces.clear();
+  EXPECT_EQ(prices(estimate_cost(scene).effects), 0);
 }
 
 TEST(SurfaceScenes, FiberBehindOneIsRefused) {

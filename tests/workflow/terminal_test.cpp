@@ -46,6 +46,8 @@ TEST(ProgressText, ExtrapolatesTheTimeThatIsLeft) {
   EXPECT_EQ(progress_text(progress, 60),
             " 25 %  relax (2/4)  increment 17  1 min 00 s, about 3 min 00 s left  3050 contacts, 9 iterations, "
             "penetration 0.021 R");
+  progress.begun_at = 0.2;  // a run that was gone on with
+  EXPECT_NE(progress_text(progress, 60).find("about 15 min 00 s left"), std::string::npos);
 }
 
 TEST(ProgressText, GuessesNoTimeAtTheStartAndAtTheEnd) {
