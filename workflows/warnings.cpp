@@ -32,6 +32,9 @@ std::vector<std::string> all_warnings(const micro::SimulationSummary& summary, c
   if (summary.max_penetration_over_radius > penetration_to_warn_of)
     warnings.push_back(fmt::format("fibers lie up to {:.2g} of a radius inside each other at the end",
                                    summary.max_penetration_over_radius));
+  else if (summary.deepest_penetration_over_radius > penetration_to_warn_of)
+    warnings.push_back(fmt::format("fibers lay up to {:.2g} of a radius inside each other, or in surfaces, on the way",
+                                   summary.deepest_penetration_over_radius));
   if (error && *error > estimate_to_warn_of)
     warnings.push_back(fmt::format("forces and energies of the last stage may be off by {:.0f} %{} ({})", 100 * *error,
                                    *error < 1 ? "" : " or more", parts_text(estimate)));

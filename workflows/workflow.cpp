@@ -123,7 +123,7 @@ void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds
   }};
   terminal.line(fmt::format("\nResults in {} after {}:", out.root().string(), duration_text(seconds)));
   for (const auto& [file, meaning] : files)
-    if (std::filesystem::exists(out.root() / file)) terminal.line(fmt::format("  {:<16}{}", file, meaning));
+    if (std::filesystem::exists(out.root() / file)) terminal.line(fmt::format("  {:<18}{}", file, meaning));
 }
 
 void write_curves(const OutputDirectory& out, const micro::Scene& scene, const micro::SimulationSummary& summary,

@@ -12,6 +12,8 @@ void SimulationSummary::count(const SolverRecord& increment, Index n_contact_ele
   n_factorizations += increment.n_factorizations;
   n_unstable_increments += increment.unstable;
   max_penetration_over_radius = increment.max_penetration_over_radius;
+  if (increment.proximal == 0)
+    deepest_penetration_over_radius = std::max(deepest_penetration_over_radius, increment.max_penetration_over_radius);
   force_imbalance = increment.force_imbalance;
   moment_imbalance = increment.moment_imbalance;
   energy = increment.energy;

@@ -33,6 +33,7 @@ struct SimulationSummary {
   Index n_contact_elements_max = 0;
   Index n_increments = 0, n_cut_increments = 0, n_newton_iterations = 0, n_factorizations = 0;
   double max_penetration_over_radius = 0;            ///< at the end of the last stage
+  double deepest_penetration_over_radius = 0;        ///< of all increments that nothing damps
   double force_imbalance = 0, moment_imbalance = 0;  ///< at the end
   EnergyRecord energy;
   Index n_unstable_increments = 0;    ///< known to be: `SolverRecord::unstable`
@@ -52,8 +53,9 @@ struct SimulationSummary {
   /// Passes through what has added up over the increments.
   void keep(Archive& archive) {
     archive(n_contact_elements_max, n_increments, n_cut_increments, n_newton_iterations, n_factorizations,
-            max_penetration_over_radius, force_imbalance, moment_imbalance, energy, n_unstable_increments,
-            n_buried_ends, warnings, crossing_order_ok, n_crossings, n_crossings_ok, curve, stage_starts);
+            max_penetration_over_radius, deepest_penetration_over_radius, force_imbalance, moment_imbalance, energy,
+            n_unstable_increments, n_buried_ends, warnings, crossing_order_ok, n_crossings, n_crossings_ok, curve,
+            stage_starts);
   }
 };
 

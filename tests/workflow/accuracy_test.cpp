@@ -425,6 +425,8 @@ TEST(Warnings, AreAllInOneList) {
             std::vector<std::string>{"only 3 of 4 crossings agree with the weave"});
   EXPECT_EQ(warnings_of([](SimulationSummary& s) { s.max_penetration_over_radius = 0.45; }),
             std::vector<std::string>{"fibers lie up to 0.45 of a radius inside each other at the end"});
+  EXPECT_EQ(warnings_of([](SimulationSummary& s) { s.deepest_penetration_over_radius = 0.45; }),
+            std::vector<std::string>{"fibers lay up to 0.45 of a radius inside each other, or in surfaces, on the way"});
   EXPECT_EQ(warnings_of([](SimulationSummary&) {}, {0.01, 0.45, 0.01, {}}),
             std::vector<std::string>{"forces and energies of the last stage may be off by 47 % (steps of the load path "
                                      "1 %, penetration of contacts 45 %, bending within elements 1 %)"});
