@@ -480,9 +480,7 @@ bool Contact::stiffen(const State&, double elastic_energy, double slack) {
 }
 
 std::vector<double> Contact::book_changes(const State& state) {
-  const auto at = [&](const ContactElement& e, const PenaltyLaw& law) {
-    return ContactAt{law.force(e.gap()), law.energy(e.gap())};
-  };
+  const auto at = [](const PenaltyLaw& law, double gap) { return ContactAt{law.force(gap), law.energy(gap)}; };
   // With the last law that it had, and the first one.
   const auto law_of = [&](const ContactElement& e) { return e.law(regularisation(e)); };
   const auto first_law_of = [&](const ContactElement& e) { return PenaltyLaw{e.penalty, 0, regularisation(e)}; };
@@ -492,15 +490,17 @@ std::vector<double> Contact::book_changes(const State& state) {
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < n; ++i) {
     ContactElement& e = elements_n_[i];
-    start[i] = at(e, law_of(e));
+    start[i] = at(law_of(e), e.gap());
     start_gap[i] = e.gap();
     micro::follow(field_, state, e);
-    end[i] = at(e, law_of(e));
+    end[i] = at(law_of(e), e.gap());
   }
-  std::vector<ContactElement> at_start = elements_;
+  std::vector<double> gap_at_start(elements_.size());
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
-    micro::follow(field_, start_, at_start[i]);
+    ContactElement e = elements_[i];
+    micro::follow(field_, start_, e);
+    gap_at_start[i] = e.gap();
     micro::follow(field_, state, elements_[i]);
   }
   const std::vector<const ContactElement*> sorted = in_order(elements_n_);
@@ -514,10 +514,10 @@ std::vector<double> Contact::book_changes(const State& state) {
     const std::size_t j = same ? same - elements_n_.data() : 0;
     if (!same || std::exchange(went_on[j], 1) != 0) {
       const PenaltyLaw first = first_law_of(e);
-      const ContactAt before = at(at_start[i], first);
+      const ContactAt before = at(first, gap_at_start[i]);
       force_at_start[i] = before.force;
-      booked_[Source::contacts] += energy_brought(before, at(e, first));
-      booked_[Source::preloads] += work_of_new_law(at_start[i].gap(), e.gap(), first, law_of(e));
+      booked_[Source::contacts] += energy_brought(before, at(first, e.gap()));
+      booked_[Source::preloads] += work_of_new_law(gap_at_start[i], e.gap(), first, law_of(e));
       continue;
     }
     // It may stand for more or less of the fibers than it did; the rest of what changed is its law. (Of the gap that

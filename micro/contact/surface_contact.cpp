@@ -559,10 +559,13 @@ std::vector<double> SurfaceContact::book_changes(const State& state) {
     const Element& e = elements_[i];
     const double p_reg = regularisation(e);
     const SurfaceContactHistory* known = known_[i];
-    Element start = e;
-    measure(start_, start);
     const PenaltyLaw first = known ? known->law : PenaltyLaw{e.penalty, 0, p_reg};
-    const double start_gap = known ? known->gap : start.gap();
+    const auto gap_at_start = [&] {
+      Element start = e;
+      measure(start_, start);
+      return start.gap();
+    };
+    const double start_gap = known ? known->gap : gap_at_start();
     force_at_start[i] = first.force(start_gap);
     booked_[Source::preloads] += work_of_new_law(start_gap, e.gap(), first, e.law(p_reg));
     if (known)
