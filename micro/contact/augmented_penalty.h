@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "micro/core/archive.h"
 
@@ -162,5 +163,26 @@ class Softness {
   double deepest_ = 0, pressing_ = 0, pressing_deep_ = 0;
   bool across_ = false;  // no law presses across a gap, be it one contact of thousands
 };
+
+/// Raises what presses of contact elements at an equilibrium, where they are too soft for an answer (`Softness`). An
+/// element has `gap()` and `force(p_reg)`; `radius_of` and `regularisation_of` give a length for it. Returns whether
+/// anything has been raised.
+template <class Element, class RadiusOf, class RegularisationOf>
+bool raise_where_too_soft(std::vector<Element>& elements, double target, double elastic_energy, RadiusOf&& radius_of,
+                          RegularisationOf&& regularisation_of) {
+  Softness softness(target);
+  for (Element& e : elements) {
+    e.stuck = e.stuck && e.gap() < 0;  // what held the fibers in each other has let go
+    const double f = e.stuck ? 0 : e.force(regularisation_of(e));
+    if (f > 0) softness.add(e.gap(), f, radius_of(e));
+  }
+  if (!softness.is_too_soft(elastic_energy)) return false;
+  bool changed = false;
+  for (Element& e : elements) {
+    const double p_reg = regularisation_of(e), f = e.force(p_reg);
+    if (f > 0 && !e.stuck) changed = e.raise(e.gap(), f, p_reg) || changed;
+  }
+  return changed;
+}
 
 }  // namespace trame::micro

@@ -262,10 +262,9 @@ StickSlip Contact::make_stick_slip(ContactElement& e, const ContactHistory* know
   s.slip_limit = law_.friction_coefficient * e.normal_force(regularisation(e));
   s.tangential_stiffness = s.slip_limit / (law_.reversible_slip * mean_radius(e.fiber_a, e.fiber_b));
   if (known && known->traction >= 0) {
-    // Tractions go with the length that the element stands for. What the limit no longer bears is gone without a slip.
+    // Tractions go with the length that the element stands for.
     const double share = known->length > 0 ? e.length / known->length : 1;
-    s.traction_start = share * s.tangential(tractions_[known->traction]);
-    if (const double size = s.traction_start.norm(); size > s.slip_limit) s.traction_start *= s.slip_limit / size;
+    s.begin_with(share * s.tangential(tractions_[known->traction]));
   }
   return s;
 }
@@ -328,7 +327,7 @@ void Contact::update(const State& state, bool keep) {
     }
   }
   if (slip_energy_n_) return;
-  slip_energy_n_ = slip_energy_at_start();
+  slip_energy_n_ = slip_energy_at_start(stick_slip_);
   elements_n_ = elements_;
 }
 
@@ -378,13 +377,6 @@ void Contact::limit_reach(const State& state, std::span<double> reach) const {
     for (Index n = field_.element_node(f, 0); n <= field_.last_node(f); ++n)
       reach[layout.first_vector(n)] = std::min(reach[layout.first_vector(n)], 0.5 * apart);
   }
-}
-
-double Contact::slip_energy_at_start() const {
-  double sum = 0;
-  for (const StickSlip& s : stick_slip_)
-    if (s.tangential_stiffness > 0) sum += 0.5 * s.traction_start.squaredNorm() / s.tangential_stiffness;
-  return sum;
 }
 
 double Contact::slip_energy(const State& state) const {
@@ -464,19 +456,10 @@ double Contact::deepest_stuck_over_radius() const {
 
 bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
-  Softness softness(slack * law_.target_penetration);
-  for (ContactElement& e : elements_) {
-    e.stuck = e.stuck && e.gap() < 0;  // what held the fibers in each other has let go
-    const double f = e.stuck ? 0 : e.force(regularisation(e));
-    if (f > 0) softness.add(e.gap(), f, mean_radius(e.fiber_a, e.fiber_b));
-  }
-  if (!softness.is_too_soft(slack * elastic_energy)) return false;
-  bool changed = false;
-  for (ContactElement& e : elements_) {
-    const double p_reg = regularisation(e), f = e.force(p_reg);
-    if (f > 0 && !e.stuck) changed = e.raise(e.gap(), f, p_reg) || changed;
-  }
-  return changed;
+  return raise_where_too_soft(
+      elements_, slack * law_.target_penetration, slack * elastic_energy,
+      [&](const ContactElement& e) { return mean_radius(e.fiber_a, e.fiber_b); },
+      [&](const ContactElement& e) { return regularisation(e); });
 }
 
 std::vector<double> Contact::book_changes(const State& state) {
@@ -540,7 +523,7 @@ void Contact::commit(const State& state) {
   booked_[Source::gap_offsets] += 0.5 * (gap_offset_force_n_ + gap_offset_force) * (fading_n_ - fading_);
   gap_offset_force_n_ = gap_offset_force;
   fading_n_ = fading_;
-  booked_[Source::friction_limits] += slip_energy_at_start() - *slip_energy_n_;
+  booked_[Source::friction_limits] += slip_energy_at_start(stick_slip_) - *slip_energy_n_;
   slip_energy_n_ = slip_energy(state);
   tractions_.resize(stick_slip_.size());
   for (std::size_t i = 0; i < stick_slip_.size(); ++i) {

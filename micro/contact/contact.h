@@ -67,9 +67,8 @@ class Contact final : public Effect {
   /// Friction of element i. Only with friction.
   [[nodiscard]] Friction friction_of(std::size_t i, const State& state) const;
   [[nodiscard]] double penalty_energy_at(const State& state) const;
-  /// Energy of the reversible slips, and that with which the step begins.
+  /// Energy of the reversible slips.
   [[nodiscard]] double slip_energy(const State& state) const;
-  [[nodiscard]] double slip_energy_at_start() const;
   [[nodiscard]] const ContactHistory* find_history(const Proximity& proximity) const;
   [[nodiscard]] double mean_radius(Index a, Index b) const;
   [[nodiscard]] double spacing(Index a, Index b) const;

@@ -5,6 +5,13 @@
 
 namespace trame::micro {
 
+double slip_energy_at_start(const std::vector<StickSlip>& stick_slip) {
+  double sum = 0;
+  for (const StickSlip& s : stick_slip)
+    if (s.tangential_stiffness > 0) sum += 0.5 * s.traction_start.squaredNorm() / s.tangential_stiffness;
+  return sum;
+}
+
 Friction friction(const StickSlip& stick_slip, const Vec3& relative_position) {
   Friction f;
   if (stick_slip.tangential_stiffness <= 0) return f;

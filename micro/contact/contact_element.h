@@ -133,8 +133,17 @@ struct StickSlip {
   double tangential_stiffness = 0;  ///< µ N / u_rev with the normal force N at the last iteration
   double slip_limit = 0;            ///< µ N, likewise
 
+  /// Takes up a tangential traction from before. What the limit no longer bears is gone without a slip.
+  void begin_with(const Vec3& traction) {
+    traction_start = traction;
+    if (const double size = traction_start.norm(); size > slip_limit) traction_start *= slip_limit / size;
+  }
+
   [[nodiscard]] Vec3 tangential(const Vec3& v) const { return v - normal * normal.dot(v); }
 };
+
+/// Energy of the reversible slips with which a step begins, Σ ½|t|²/k.
+[[nodiscard]] double slip_energy_at_start(const std::vector<StickSlip>& stick_slip);
 
 /// Friction at a relative position: return mapping of the trial traction onto the disc of radius µN.
 struct Friction {

@@ -311,8 +311,7 @@ StickSlip SurfaceContact::make_stick_slip(Element& e, const SurfaceContactHistor
   s.slip_limit = surfaces_[e.surface].friction_coefficient * e.normal_force(regularisation(e));
   s.tangential_stiffness = s.slip_limit / (law_.reversible_slip * e.radius);
   if (known) {
-    s.traction_start = s.tangential(known->traction);
-    if (const double size = s.traction_start.norm(); size > s.slip_limit) s.traction_start *= s.slip_limit / size;
+    s.begin_with(s.tangential(known->traction));
   }
   return s;
 }
@@ -375,7 +374,7 @@ void SurfaceContact::update(const State& state, bool keep) {
     const Element* same = keep ? at_place(before, elements_[i]) : nullptr;
     stick_slip_[i] = same ? stick_slip_before[same - before.data()] : make_stick_slip(elements_[i], known_[i]);
   }
-  if (!slip_energy_n_) slip_energy_n_ = slip_energy_at_start();
+  if (!slip_energy_n_) slip_energy_n_ = slip_energy_at_start(stick_slip_);
 }
 
 std::string SurfaceContact::behind(const std::vector<Element>& elements) const {
@@ -479,13 +478,6 @@ Friction SurfaceContact::friction_of(std::size_t i, const State& state) const {
   return friction(stick_slip_[i], relative_position(elements_[i], state));
 }
 
-double SurfaceContact::slip_energy_at_start() const {
-  double sum = 0;
-  for (const StickSlip& s : stick_slip_)
-    if (s.tangential_stiffness > 0) sum += 0.5 * s.traction_start.squaredNorm() / s.tangential_stiffness;
-  return sum;
-}
-
 double SurfaceContact::slip_energy(const State& state) const {
   double sum = 0;
   for (std::size_t i = 0; i < stick_slip_.size(); ++i)
@@ -536,19 +528,9 @@ std::pair<Vec3, Vec3> SurfaceContact::pull(const State& state, Index body) const
 
 bool SurfaceContact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
-  Softness softness(slack * law_.target_penetration);
-  for (Element& e : elements_) {
-    e.stuck = e.stuck && e.gap() < 0;  // what held the fiber in the surface has let go
-    const double f = e.stuck ? 0 : e.force(regularisation(e));
-    if (f > 0) softness.add(e.gap(), f, e.radius);
-  }
-  if (!softness.is_too_soft(slack * elastic_energy)) return false;
-  bool changed = false;
-  for (Element& e : elements_) {
-    const double p_reg = regularisation(e), f = e.force(p_reg);
-    if (f > 0 && !e.stuck) changed = e.raise(e.gap(), f, p_reg) || changed;
-  }
-  return changed;
+  return raise_where_too_soft(
+      elements_, slack * law_.target_penetration, slack * elastic_energy, [](const Element& e) { return e.radius; },
+      [&](const Element& e) { return regularisation(e); });
 }
 
 std::vector<double> SurfaceContact::book_changes(const State& state) {
@@ -586,7 +568,7 @@ std::vector<double> SurfaceContact::book_changes(const State& state) {
 void SurfaceContact::commit(const State& state) {
   for (Element& e : elements_) measure(state, e);
   const std::vector<double> force_at_start = book_changes(state);
-  booked_[Source::friction_limits] += slip_energy_at_start() - *slip_energy_n_;
+  booked_[Source::friction_limits] += slip_energy_at_start(stick_slip_) - *slip_energy_n_;
   slip_energy_n_ = slip_energy(state);
   std::vector<SurfaceContactHistory> history(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i) {

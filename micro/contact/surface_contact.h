@@ -128,7 +128,6 @@ class SurfaceContact final : public Effect {
     return !stick_slip_.empty() && surfaces_[element.surface].friction_coefficient > 0;
   }
   [[nodiscard]] double slip_energy(const State& state) const;
-  [[nodiscard]] double slip_energy_at_start() const;
   [[nodiscard]] double penalty_energy_at(const State& state) const;
   /// Books what became of the contacts of the last accepted state on the way to `state`, the one last followed. Returns
   /// the force of each of `elements` at the step's start.
