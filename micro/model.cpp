@@ -9,6 +9,7 @@
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
 #include "micro/periodic/anchors.h"
+#include "micro/scene/stages.h"
 
 namespace trame::micro {
 
@@ -181,20 +182,14 @@ std::vector<double> transverse_moduli(const Scene& scene, const Assembly& assemb
   return moduli;
 }
 
-Index stage_number(const Scene& scene, const std::string& name) {
-  const auto found =
-      std::find_if(scene.stages.begin(), scene.stages.end(), [&](const Stage& s) { return s.name == name; });
-  return static_cast<Index>(found - scene.stages.begin());
-}
-
 }  // namespace
 
 bool comes_in(const SurfaceSpec& surface, const Scene& scene, const Stage& stage) {
-  return stage_number(scene, stage.name) == (surface.from_stage.empty() ? 0 : stage_number(scene, surface.from_stage));
+  return stage_number(scene, stage.name) == first_stage(scene, surface);
 }
 
 bool is_there(const SurfaceSpec& surface, const Scene& scene, const Stage& stage) {
-  return surface.from_stage.empty() || stage_number(scene, stage.name) >= stage_number(scene, surface.from_stage);
+  return stage_number(scene, stage.name) >= first_stage(scene, surface);
 }
 
 void StageModel::add_surfaces(const Scene& scene, const Assembly& assembly, const Stage& stage,

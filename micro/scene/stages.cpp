@@ -117,6 +117,16 @@ bool has_surfaces(const Scene& scene) {
   return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return !b.surfaces.empty(); });
 }
 
+std::size_t stage_number(const Scene& scene, const std::string& name) {
+  const auto found =
+      std::find_if(scene.stages.begin(), scene.stages.end(), [&](const Stage& s) { return s.name == name; });
+  return static_cast<std::size_t>(found - scene.stages.begin());
+}
+
+std::size_t first_stage(const Scene& scene, const SurfaceSpec& surface) {
+  return surface.from_stage.empty() ? 0 : stage_number(scene, surface.from_stage);
+}
+
 void check_surfaces(const SceneValue& root, const Scene& scene) {
   const auto bodies = root.find("body");
   if (!bodies) return;

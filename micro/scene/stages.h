@@ -21,6 +21,11 @@ void read_bodies(const SceneValue& root, Scene& scene);
 /// Fails for surfaces that wait for a stage which there is not, and for those that a periodic weave cannot have.
 void check_surfaces(const SceneValue& root, const Scene& scene);
 
+/// Number of a stage by its name, and of the first one in which a surface is there; that of all stages where there is
+/// none of that name.
+[[nodiscard]] std::size_t stage_number(const Scene& scene, const std::string& name);
+[[nodiscard]] std::size_t first_stage(const Scene& scene, const SurfaceSpec& surface);
+
 /// Fills scene.stages from [[stage]], or for a weave without any with those that weave it. Needs the bodies and the
 /// effects.
 void read_stages(const SceneValue& root, Scene& scene);

@@ -17,7 +17,7 @@
 
 #include "micro/core/error.h"
 #include "micro/core/name_table.h"
-#include "micro/scene/scene.h"
+#include "micro/scene/stages.h"
 #include "micro/states/vtk_series.h"
 
 namespace trame::micro {
@@ -97,12 +97,9 @@ Shape in_frame_of_body(const Surface& s, const Vec3& middle, double size) {
 
 /// A plane that touches as its stage begins, and what waits for another stage, is there from then on.
 bool is_there_in(const SurfaceSpec& spec, const Scene& scene, const std::string& stage) {
-  if (spec.from_stage.empty()) return true;
-  const auto number = [&](const std::string& name) {
-    return std::find_if(scene.stages.begin(), scene.stages.end(), [&](const Stage& s) { return s.name == name; });
-  };
-  const auto now = number(stage);
-  return now != scene.stages.end() && now >= number(spec.from_stage);
+  if (spec.from_stage.empty()) return true;  // before the first stage, too
+  const std::size_t now = stage_number(scene, stage);
+  return now < scene.stages.size() && now >= first_stage(scene, spec);
 }
 
 std::optional<Scene> scene_of(const SnapshotHeader& header) {
