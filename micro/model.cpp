@@ -89,6 +89,7 @@ const Material& material_of(const Scene& scene, const Assembly& assembly, Index 
 
 std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assembly) {
   std::vector<Material> materials;
+  materials.reserve(static_cast<std::size_t>(assembly.mesh.n_fibers()));
   for (Index f = 0; f < assembly.mesh.n_fibers(); ++f) materials.push_back(material_of(scene, assembly, f));
   return materials;
 }
@@ -340,11 +341,12 @@ PrescribedMotion StageModel::motion(const State& state, double from, double to) 
 
 std::pair<Vec3, Vec3> StageModel::pull(const State& state, Index body) const {
   if (is_period(body)) return {period_force(state, body), Vec3::Zero()};
-  auto [force, moment] = ties ? ties->pull(state, body) : std::pair<Vec3, Vec3>(Vec3::Zero(), Vec3::Zero());
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
   const auto add = [&](const std::pair<Vec3, Vec3>& more) {
     force += more.first;
     moment += more.second;
   };
+  if (ties) add(ties->pull(state, body));
   if (follow) add(follow->pull(state, body));
   if (surface_contact) add(surface_contact->pull(state, body));
   return {force, moment};

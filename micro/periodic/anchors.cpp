@@ -84,7 +84,7 @@ double Anchors::energy(const State& state) const {
 
 Ledger Anchors::ledger(const State&) const {
   Ledger ledger;
-  ledger[Sink::damping] = dissipated_;
+  ledger[Sink::damping] = book_.dissipated;
   return ledger;
 }
 
@@ -92,19 +92,15 @@ void Anchors::commit(const State& state) {
   std::size_t i = 0;
   for (const Anchor& anchor : anchors_)
     for (int v = 0; v < anchor.n_vectors; ++v, ++i) {
-      if (force_n_.size() <= i) force_n_.push_back(Vec3::Zero());
       const Vec3 motion = deviation(state, anchor, v);
-      const Vec3 force = (v == 0 ? anchor.k : anchor.k_section) * motion;
-      dissipated_ += 0.5 * (force_n_[i] + force).dot(motion);
-      force_n_[i] = force;
+      book_.enter(i, (v == 0 ? anchor.k : anchor.k_section) * motion, motion);
     }
 }
 
 void Anchors::keep(Archive& archive) {
-  archive(dissipated_, force_n_);
   std::size_t n = 0;
   for (const Anchor& anchor : anchors_) n += anchor.n_vectors;
-  archive.require(force_n_.empty() || force_n_.size() == n, "forces of other fibers");
+  book_.keep(archive, n);
 }
 
 }  // namespace trame::micro

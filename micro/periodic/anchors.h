@@ -3,6 +3,7 @@
 /// What keeps the fibers of a periodic cell from drifting where nothing else does.
 
 #include "micro/fiber/fiber_field.h"
+#include "micro/solve/damping_book.h"
 #include "micro/solve/effect.h"
 
 namespace trame::micro {
@@ -41,8 +42,7 @@ class Anchors final : public Effect {
   const FiberField& field_;
   std::vector<Anchor> anchors_;
   State start_;
-  double dissipated_ = 0;
-  std::vector<Vec3> force_n_;  // of the vectors of all anchors, at the last accepted step
+  DampingBook book_;  // of the vectors of all anchors
 };
 
 }  // namespace trame::micro

@@ -7,8 +7,6 @@
 #include <numeric>
 #include <utility>
 
-extern "C" void openblas_set_num_threads(int n_threads);
-
 namespace trame::micro {
 
 namespace {
@@ -26,8 +24,6 @@ LinearSolver::LinearSolver(const Layout& layout, FactorPrecision precision, int 
                            Preconditioner preconditioner)
     : layout_(layout), precision_(precision), n_threads_(n_threads), preconditioner_(preconditioner),
       partial_(n_parts) {
-  // Threads work on fronts and parts of fronts, each with a BLAS of one thread.
-  openblas_set_num_threads(1);
   for (auto* v : {&x_, &residual_, &z_, &direction_, &product_}) v->resize(layout.n_dofs());
   for (auto& v : partial_) v.resize(layout.n_dofs());
 }

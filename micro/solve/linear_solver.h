@@ -17,6 +17,7 @@ namespace trame::micro {
 
 class LinearSolver {
  public:
+  /// Threads work on fronts and parts of fronts, each with a BLAS of one thread, for which the caller's `Threads` see.
   LinearSolver(const Layout& layout, FactorPrecision precision, int n_threads,
                Preconditioner preconditioner = Preconditioner::factor);
 

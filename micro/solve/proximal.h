@@ -3,9 +3,8 @@
 /// Proximal (viscous) term ½ η Σ |r − r_n|² on positions: what keeps steps small while yarns are far from equilibrium.
 
 #include <cmath>
-#include <utility>
-#include <vector>
 
+#include "micro/solve/damping_book.h"
 #include "micro/solve/effect.h"
 
 namespace trame::micro {
@@ -69,28 +68,16 @@ class Proximal final : public Effect {
     book_n_ = book_;
   }
 
-  void keep(Archive& archive) override {
-    auto& [dissipated, force] = book_n_;
-    archive(dissipated, force);
-    archive.require(force.empty() || force.size() == static_cast<std::size_t>(layout_.n_nodes()),
-                    "forces of other fibers");
-  }
+  void keep(Archive& archive) override { book_n_.keep(archive, static_cast<std::size_t>(layout_.n_nodes())); }
 
   [[nodiscard]] double eta() const { return eta_; }
 
  private:
-  struct Book {
-    double dissipated = 0;
-    std::vector<Vec3> force;  // of each node, at the last state that was entered
-  };
   /// Enters the motion to `state`.
   void enter(const State& state) {
-    auto& [dissipated, force] = book_;
-    force.resize(layout_.n_nodes(), Vec3::Zero());
     for (Index n = settings_.first_node; n < layout_.n_nodes(); ++n) {
       const Vec3 motion = state.q[layout_.first_vector(n)] - held_at_.q[layout_.first_vector(n)];
-      const Vec3 force_before = std::exchange(force[n], eta_ * motion);
-      dissipated += 0.5 * (force_before + force[n]).dot(motion);
+      book_.enter(static_cast<std::size_t>(n), eta_ * motion, motion);
     }
   }
 
@@ -100,8 +87,8 @@ class Proximal final : public Effect {
   const Layout& layout_;
   Settings settings_;
   double eta_ = 0;
-  int n_detours_ = 0;   // in this step
-  Book book_n_, book_;  // of the last accepted step, and of this one
+  int n_detours_ = 0;          // in this step
+  DampingBook book_n_, book_;  // of nodes: up to the last accepted step, and on in this one
   State held_at_;
 };
 

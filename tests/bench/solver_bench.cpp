@@ -3,11 +3,11 @@
 /// sizes, so that the counter "per fiber" shows what grows faster than the number of fibers.
 
 #include <benchmark/benchmark.h>
-#include <omp.h>
 
 #include <random>
 
 #include "micro/fiber/rod_space.h"
+#include "micro/solve/threads.h"
 #include "tests/bench/bundle.h"
 
 namespace trame::micro {
@@ -44,7 +44,8 @@ template <FiberModel model, FactorPrecision precision>
 void factorization(benchmark::State& bench) {
   Bundle bundle(static_cast<Index>(bench.range(0)), model);
   bundle.assemble_matrix();
-  LinearSolver solver(bundle.layout, precision, omp_get_max_threads());
+  const Threads threads(0);
+  LinearSolver solver(bundle.layout, precision, threads.n());
   solver.set_pattern(bundle.pattern);
   solver.analyze(bundle.values);
   for (auto _ : bench)
@@ -60,7 +61,8 @@ void preconditioned_solution(benchmark::State& bench) {
   Bundle bundle(static_cast<Index>(bench.range(0)), FiberModel::enriched, static_cast<Index>(bench.range(1)),
                 ContactLaw{}.penalty * static_cast<double>(bench.range(2)));
   bundle.assemble_matrix(1e-3);
-  LinearSolver solver(bundle.layout, FactorPrecision::single_precision, omp_get_max_threads(), preconditioner);
+  const Threads threads(0);
+  LinearSolver solver(bundle.layout, FactorPrecision::single_precision, threads.n(), preconditioner);
   solver.set_pattern(bundle.pattern);
   std::vector<double> load(bundle.layout.n_dofs());
   std::minstd_rand random(1);

@@ -11,6 +11,7 @@
 
 #include "micro/solve/linear_solver.h"
 #include "micro/solve/newton.h"
+#include "micro/solve/threads.h"
 #include "tests/support/finite_differences.h"
 
 namespace trame::micro {
@@ -235,6 +236,7 @@ TEST_P(LinearSolverTest, SolvesAndTellsIndefiniteMatrices) {
       for (int c = 0; c < 3; ++c)
         values[pattern.value_start(j) + static_cast<std::size_t>(c) * pattern.column_height(j) + c] += by;
   };
+  const Threads threads(2);
   LinearSolver solver(chain.layout, GetParam(), 2);
   solver.set_pattern(pattern);
   shift_diagonal(0.1);
@@ -254,6 +256,7 @@ TEST_P(LinearSolverTest, SolvesAndTellsIndefiniteMatrices) {
 
 TEST_P(LinearSolverTest, AnOldFactorServesAChangedMatrix) {
   const Lattice lattice(6);
+  const Threads threads(2);
   LinearSolver solver(lattice.layout, GetParam(), 2);
   solver.set_pattern(lattice.pattern);
   solver.analyze(lattice.values(1));
@@ -273,6 +276,7 @@ TEST_P(LinearSolverTest, AnOldFactorServesAChangedMatrix) {
 TEST_P(LinearSolverTest, SolvesWithTermsThatAreNotSymmetric) {
   const Lattice lattice(5);
   const std::vector<double> values = lattice.values(1);
+  const Threads threads(2);
   LinearSolver solver(lattice.layout, GetParam(), 2);
   solver.set_pattern(lattice.pattern);
   solver.analyze(values);
@@ -311,6 +315,7 @@ TEST_P(LinearSolverTest, LargeFrontsAreExactAndDoNotDependOnTheNumberOfThreads) 
   const std::vector<double> values = lattice.values(1), b = lattice.product(values, x);
   std::vector<std::vector<double>> solutions;
   for (const int n_threads : {1, 2, 5}) {
+    const Threads threads(n_threads);
     LinearSolver solver(lattice.layout, GetParam(), n_threads);
     solver.set_pattern(lattice.pattern);
     solver.analyze(values);

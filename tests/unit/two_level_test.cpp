@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "micro/fiber/rod_space.h"
+#include "micro/solve/threads.h"
 #include "tests/bench/bundle.h"
 
 namespace trame::micro {
@@ -39,6 +40,7 @@ INSTANTIATE_TEST_SUITE_P(Precision, TwoLevelTest,
 TEST_P(TwoLevelTest, GivesTheSolutionOfTheFactor) {
   const System system;
   const auto solve = [&](Preconditioner preconditioner, int n_threads, int max_iterations, double tolerance) {
+    const Threads threads(n_threads);
     LinearSolver solver(system.bundle.layout, GetParam(), n_threads, preconditioner);
     system.analyze(solver);
     EXPECT_EQ(solver.has_two_levels(), preconditioner == Preconditioner::two_level);
@@ -61,6 +63,7 @@ TEST_P(TwoLevelTest, GivesTheSolutionOfTheFactor) {
 
 TEST_P(TwoLevelTest, TellsAnIndefiniteMatrix) {
   const auto is_solved = [&](const System& system) {
+    const Threads threads(2);
     LinearSolver solver(system.bundle.layout, GetParam(), 2, Preconditioner::two_level);
     system.analyze(solver);
     std::vector<double> x = system.load;
