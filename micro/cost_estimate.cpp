@@ -55,9 +55,9 @@ Fill analyse(const Scene& scene, const StageModel& model, const State& state, bo
   for (const auto& effect : model.effects)
     if (counts(effect)) effect->add(state, assembler);
   const NewtonSettings settings = newton_settings(scene, model, {});
-  LinearSolver solver(model.layout, settings.precision, 1, settings.preconditioner);
+  LinearSolver solver(model.layout, settings.linear.precision, 1, settings.linear.preconditioner);
   solver.set_pattern(pattern);
-  solver.analyze(values, [&] { return settings.coarse_space(state); });
+  solver.analyze(values, [&] { return settings.linear.coarse_space(state); });
   return {static_cast<double>(pattern.n_values()), solver.n_factor_entries(), solver.n_factor_flops(),
           solver.n_factor_entries() * (solver.has_two_levels() ? with_two_levels : 1)};
 }

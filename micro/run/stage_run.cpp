@@ -64,7 +64,10 @@ class StageRun {
   [[nodiscard]] StageOutcome follow_path(const StageDriver& driver) {
     if (const std::string what = model_.surface_contact ? model_.surface_contact->behind_at(at_.state) : "";
         !what.empty())
-      return {StageOutcome::Status::gave_up, what + " as it begins", at_.position.time, std::nullopt, true};
+      return {.status = StageOutcome::Status::gave_up,
+              .reason = what + " as it begins",
+              .stage_time = at_.position.time,
+              .hopeless = true};
     // Increments end where drives turn: the path is left and taken up again for a shorter one.
     for (;;) {
       if (passes_a_turn()) at_.position.size = model_.next_turn(at_.position.time) - at_.position.time;

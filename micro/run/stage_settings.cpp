@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "micro/fiber/rod_space.h"
+#include "micro/scene/tolerances.h"
 
 namespace trame::micro {
 
@@ -28,10 +29,6 @@ double shortest_element(const StageModel& model) {
   for (Index f = 0; f < model.field.mesh().n_fibers(); ++f)
     shortest = std::min(shortest, model.field.element_length(f));
   return shortest;
-}
-
-double force_tolerance(const SolverSettings& solver) {
-  return std::min(solver.force_tolerance, solver.geometry_tolerance);
 }
 
 /// What counts as far for each unknown vector. Where there is contact: a radius for positions, and a turn of a rod's
@@ -81,9 +78,9 @@ NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std:
   NewtonSettings settings{.force_tolerance = force_tolerance(scene.solver),
                           .max_iterations = scene.solver.max_newton_iterations,
                           .step_cap = scene.solver.step_cap,
-                          .precision = scene.solver.factor_precision,
-                          .preconditioner = scene.solver.preconditioner,
-                          .coarse_space = [&model](const State& state) { return rod_space(model.field, state); },
+                          .linear = {.precision = scene.solver.factor_precision,
+                                     .preconditioner = scene.solver.preconditioner,
+                                     .coarse_space = [&model](const State& s) { return rod_space(model.field, s); }},
                           .damps_soft_modes = model.proximal == nullptr,
                           .units = units_of_motion(model),
                           .longest_arm = longest_fiber(model),
@@ -92,16 +89,14 @@ NewtonSettings newton_settings(const Scene& scene, const StageModel& model, std:
                           .stop = std::move(stop)};
   if (model.has_contact()) settings.travel_cap = scene.contact.search_margin;
   // The second level knows fibers with two ends.
-  if (model.field.is_periodic()) settings.preconditioner = Preconditioner::factor;
+  if (model.field.is_periodic()) settings.linear.preconditioner = Preconditioner::factor;
   return settings;
 }
 
 LoadPathSettings load_path_settings(const Scene& scene, const Stage& stage, const StageModel& model) {
-  // Limits that follow forces that follow limits may go to and fro a little below that.
-  constexpr double over_force_tolerance = 100, least = 1e-6;
   return {.n_increments = stage.n_increments,
           .max_geometry_updates = scene.solver.max_geometry_updates,
-          .friction_tolerance = std::max(over_force_tolerance * force_tolerance(scene.solver), least),
+          .friction_tolerance = friction_tolerance(scene.solver),
           .min_increment = scene.solver.min_increment,
           // Without contact the tangent makes the better guess.
           .prediction_cap = model.has_contact() ? scene.solver.step_cap * smallest_radius(model) : 0};

@@ -15,13 +15,13 @@ constexpr double regrowth = 2;   // of cut increments, with each that is accepte
 
 struct Attempt {
   bool accepted = false;
-  std::string reason;
-  std::optional<Index> worst_dof;
+  std::string reason{};
+  std::optional<Index> worst_dof{};
   bool refused = false;   // an equilibrium that is inadmissible
   bool hopeless = false;  // smaller increments would not help
 };
 
-/// What a stage works with.
+/// What a stage works with, and changes.
 struct Tools {
   NewtonSolver& newton;
   Effects& effects;
@@ -42,7 +42,7 @@ double elastic_energy(const Effects& effects, const State& state) {
 }
 
 /// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not.
-bool is_stiff_enough(const Tools& tools, double slack, const State& state, IncrementReport& report) {
+bool is_stiff_enough(Tools& tools, double slack, const State& state, IncrementReport& report) {
   if (report.n_stiffenings == tools.settings.max_stiffenings) return true;
   const double energy = elastic_energy(tools.effects, state);
   bool enough = true;
@@ -57,7 +57,7 @@ bool is_stiff_enough(const Tools& tools, double slack, const State& state, Incre
 /// Whether an equilibrium is one without what holds fibers back, too; holds them at `state` from now on where it is
 /// not. Where next to nothing presses at the end, what has died away since `first`, the residual of the first time (0
 /// until then), is nothing as well.
-bool is_free(const Tools& tools, const PrescribedMotion& motion, double slack, const State& state, double& first) {
+bool is_free(Tools& tools, const PrescribedMotion& motion, double slack, const State& state, double& first) {
   if (slack > 1) return true;
   bool held = false;
   for (const auto& effect : tools.effects) held = effect->hold_at(state) || held;
@@ -71,9 +71,9 @@ bool is_free(const Tools& tools, const PrescribedMotion& motion, double slack, c
 
 /// One increment: alternates contact detection and Newton's method, until all of the prescribed motion is made, the
 /// contacts of the state itself are in equilibrium, and they are stiff enough.
-Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double slack, State& state,
+Attempt find_equilibrium(Tools& tools, PrescribedMotion motion, double slack, State& state,
                          IncrementReport& report) {
-  const auto& [newton, effects, settings, driver, timers] = tools;
+  auto& [newton, effects, settings, driver, timers] = tools;
   constexpr int max_held_up = 3;
   constexpr const char* restless =
       "what the proximal term holds back does not come to rest where the stage ends; friction, or drives that hold it, "
@@ -115,12 +115,13 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
       constexpr double nearly = 1e-2;
       const bool stiff = renewed > nearly || is_stiff_enough(tools, slack, state, report);
       if (settled && stiff) {
-        if (is_free(tools, motion, slack, state, held_by)) return {true, "", {}};
-        if (++n_holds > settings.max_holds) return {false, restless, {}, false, true};
+        if (is_free(tools, motion, slack, state, held_by)) return {.accepted = true};
+        if (++n_holds > settings.max_holds) return {.reason = restless, .hopeless = true};
       }
       roughness = stiff ? 1 : std::min(roughness, later);
       if (!settled && !was_rough && ++n_undone > settings.max_geometry_updates)
-        return {false, fmt::format("contacts do not settle (relative residual {:.1e})", report.residual), r.worst_dof};
+        return {.reason = fmt::format("contacts do not settle (relative residual {:.1e})", report.residual),
+                .worst_dof = r.worst_dof};
     }
     const NewtonOutcome outcome = newton.solve(effects, motion, slack * roughness, state, driver.log);
     report.n_newton_iterations += outcome.n_iterations;
@@ -133,8 +134,8 @@ Attempt find_equilibrium(const Tools& tools, PrescribedMotion motion, double sla
       for (double& m : motion.motion) m *= outcome.remaining;
       for (const auto& effect : effects) effect->hold_back();
     } else {
-      return {false, fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
-              outcome.worst_dof};
+      return {.reason = fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
+              .worst_dof = outcome.worst_dof};
     }
   }
 }
@@ -150,12 +151,12 @@ std::string inadmissibility(const Effects& effects, const State& start, const St
 }
 
 /// Takes `state` from `start` to an equilibrium that nothing speaks against.
-Attempt try_increment(const Tools& tools, const PrescribedMotion& motion, double slack, const State& start,
+Attempt try_increment(Tools& tools, const PrescribedMotion& motion, double slack, const State& start,
                       State& state, IncrementReport& report) {
   Attempt attempt = find_equilibrium(tools, motion, slack, state, report);
   if (!attempt.accepted) return attempt;
   const std::string why = inadmissibility(tools.effects, start, state);
-  return {why.empty(), why, {}, !why.empty()};
+  return {.accepted = why.empty(), .reason = why, .refused = !why.empty()};
 }
 
 /// First guess of a step: vectors go on as in the last one, `ratio` times as far but none farther than `cap`.
@@ -187,7 +188,7 @@ void begin_at(Effects& effects, const State& state, double to) {
 
 StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSettings& settings,
                        const StageDriver& driver, Timers& timers, StagePosition& position, State& state) {
-  const Tools tools{newton, effects, settings, driver, timers};
+  Tools tools{newton, effects, settings, driver, timers};
   const double nominal = 1.0 / settings.n_increments;
   auto& [time, next_size, last_size, n_accepted, before] = position;
   if (n_accepted == 0) position = {0, nominal, nominal, 0, state};
@@ -208,13 +209,17 @@ StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSet
     const PrescribedMotion motion = driver.motion(trial, time, to);
     const Attempt attempt = try_increment(tools, motion, driver.slack(to), state, trial, report);
     if (attempt.refused || !failure.refused) failure = attempt;
-    if (!attempt.accepted && driver.stop()) return {StageOutcome::Status::interrupted, "", time, std::nullopt};
+    if (!attempt.accepted && driver.stop()) return {.status = StageOutcome::Status::interrupted, .stage_time = time};
     if (!attempt.accepted) {
       ++report.n_cuts;
       size = cut * (to - time);
       tools.log(fmt::format("  cut: {}", attempt.reason));
       if (attempt.hopeless || size < settings.min_increment)
-        return {StageOutcome::Status::gave_up, failure.reason, time, failure.worst_dof, attempt.hopeless};
+        return {.status = StageOutcome::Status::gave_up,
+                .reason = failure.reason,
+                .stage_time = time,
+                .worst_dof = failure.worst_dof,
+                .hopeless = attempt.hopeless};
       continue;
     }
     report.unstable = newton.seen_unstable(effects, motion, trial);
@@ -232,9 +237,9 @@ StageOutcome run_stage(NewtonSolver& newton, Effects& effects, const LoadPathSet
     report = {};
     failure = {};
     clock = Timers::Clock::now();
-    if (!go_on && time < 1) return {StageOutcome::Status::interrupted, "", time, std::nullopt};
+    if (!go_on && time < 1) return {.status = StageOutcome::Status::interrupted, .stage_time = time};
   }
-  return {StageOutcome::Status::done, "", 1, std::nullopt};
+  return {.status = StageOutcome::Status::done, .stage_time = 1};
 }
 
 }  // namespace trame::micro

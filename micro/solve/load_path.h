@@ -63,10 +63,10 @@ struct StagePosition {
 
 struct StageOutcome {
   enum class Status : std::uint8_t { done, interrupted, gave_up } status = Status::done;
-  std::string reason;     ///< why it gave up
+  std::string reason{};   ///< why it gave up
   double stage_time = 0;  ///< reached
   std::optional<Index>
-      worst_dof;          ///< where the residual of the last failure is largest; nothing where `reason` says where
+      worst_dof{};        ///< where the residual of the last failure is largest; nothing where `reason` says where
   bool hopeless = false;  ///< gave up before the smallest allowed increment, which would not help
 };
 

@@ -6,18 +6,12 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "micro/core/timers.h"
-#include "micro/solve/effect.h"
-#include "micro/solve/linear_solver.h"
-#include "micro/solve/step_control.h"
+#include "micro/solve/step_finder.h"
 
 namespace trame::micro {
-
-using Effects = std::vector<std::unique_ptr<Effect>>;
 
 struct NewtonSettings {
   // A scene's; there are no others.
@@ -26,9 +20,7 @@ struct NewtonSettings {
   double step_cap = 0;  ///< largest change of any vector in one iteration, in its unit
 
   double force_floor = 1e-12;  ///< residual norm that counts as zero whatever the magnitudes, force
-  FactorPrecision precision = FactorPrecision::double_precision;
-  Preconditioner preconditioner = Preconditioner::factor;
-  std::function<CoarseSpace(const State&)> coarse_space{};  ///< of two levels; may be empty
+  LinearSettings linear{};
   /// Largest change of any vector before contact is looked for again, in its unit.
   double travel_cap = std::numeric_limits<double>::infinity();
   /// Damp what is soft instead of scaling whole steps down to the cap. For paths of equilibria: where fibers travel
@@ -68,12 +60,6 @@ struct NewtonOutcome {
 };
 [[nodiscard]] std::string_view describe(NewtonOutcome::Status status);
 
-/// Dofs that are not free: where `fixed[d]` is set, dof d moves by `motion[d]`.
-struct PrescribedMotion {
-  std::vector<char> fixed;
-  std::vector<double> motion;
-};
-
 /// Residual of the free dofs, and what fibers get from outside: contact, friction, bodies, loads. (Axial forces would
 /// hide all of it.) Forces, on positions, and moments, on all other vectors, each against their own: the moments at the
 /// ends of a long fiber, which count in radii, would hide its forces.
@@ -106,7 +92,7 @@ class NewtonSolver {
   /// on from a saved increment has neither.
   void forget();
   /// Passes through what is left then.
-  void keep(Archive& archive) { archive(linear_); }
+  void keep(Archive& archive) { finder_.keep(archive); }
 
   /// Finds the state in which the gradient of the effects' potential vanishes at all free dofs, starting from `state`,
   /// to `slack` times the tolerance of the settings, or stops at the travel cap. `log` (may be empty) gets a line per
@@ -118,75 +104,54 @@ class NewtonSolver {
   /// With `renewed`, limits of friction are those of the forces at `state`; otherwise those that were used last.
   Residual evaluate(Effects& effects, const PrescribedMotion& prescribed, const State& state, bool renewed);
   /// Gradient at the last evaluated state; at prescribed dofs it is the reaction, the force that holds them.
-  [[nodiscard]] const std::vector<double>& force() const { return force_; }
+  [[nodiscard]] const std::vector<double>& force() const { return system_.force(); }
 
   /// Whether a residual is equilibrium, to `slack` times the tolerance, or to what round-off lets one tell.
   [[nodiscard]] bool is_equilibrium(const Residual& r, double slack) const {
     return excess(r, slack) <= 1 && r.worst_part <= slack;
   }
 
-  /// Whether the equilibrium `state` is seen to be unstable: a direction of negative curvature is found on its exact
-  /// tangent, by a few conjugate gradients behind the factor at hand. False says nothing.
+  /// Whether the equilibrium `state` is seen to be unstable. False says nothing.
   [[nodiscard]] bool seen_unstable(Effects& effects, const PrescribedMotion& prescribed, const State& state);
 
-  [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(pattern_.n_values()); }
-  [[nodiscard]] double n_factor_entries() const { return linear_.n_factor_entries(); }
-  [[nodiscard]] double n_factor_flops() const { return linear_.n_factor_flops(); }
+  [[nodiscard]] double n_matrix_entries() const { return static_cast<double>(system_.pattern().n_values()); }
+  [[nodiscard]] double n_factor_entries() const { return finder_.linear().n_factor_entries(); }
+  [[nodiscard]] double n_factor_flops() const { return finder_.linear().n_factor_flops(); }
 
  private:
-  void assemble(const Effects& effects, const State& state, Assembler::Tangent tangent,
-                Assembler::Stress of_forces = Assembler::Stress::actual);
+  using Log = std::function<void(const std::string&)>;
+  /// One solution under way.
+  struct Solution {
+    Effects& effects;
+    const PrescribedMotion& prescribed;
+    double slack;
+    double remaining = 1;  // part of the prescribed motion still to be made
+    int n_iterations = 0;
+    std::unique_ptr<StepControl> control;
+  };
+  NewtonOutcome::Status iterate(Solution& at, State& state, NewtonOutcome& outcome, const Log& log);
+  [[nodiscard]] bool make_step(Solution& at, const Residual& r, State& state, const Log& log);
+  [[nodiscard]] StepProblem problem(const Solution& at, const State& state, double tolerance) const;
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
   /// Forces and moments that fibers, or those of a range of vectors, get and lack.
   [[nodiscard]] Residual between(const PrescribedMotion& prescribed, Index vector_begin, Index vector_end) const;
   /// A residual over what it may be.
-  [[nodiscard]] double excess(const Residual& r, double slack) const {
-    const auto of = [&](const Residual::Kind& kind, double round_off) {
-      return kind.norm / std::max({slack * settings_.force_tolerance * kind.scale, settings_.force_floor, round_off});
-    };
-    return std::max(of(r.forces, round_off_.forces.norm), of(r.moments, round_off_.moments.norm));
-  }
+  [[nodiscard]] double excess(const Residual& r, double slack) const;
   void follow(Effects& effects, const State& state, Effect::Follow what);
-  void impose(const PrescribedMotion& prescribed, double remaining);
-  [[nodiscard]] bool find_step(Effects& effects, const PrescribedMotion& prescribed, const State& state,
-                               double remaining, double tolerance, bool try_old_factor, NewtonOutcome& outcome);
-  [[nodiscard]] double forcing_term() const;
-  [[nodiscard]] bool raise_damping(const PrescribedMotion& prescribed, double remaining);
-  void hold_loose_bodies();
-  void scale_diagonal(double factor);
-  void add_to_diagonal(Index vector, double stiffness);
-  [[nodiscard]] double line_search(Effects& effects, const State& state, double alpha, double longest,
-                                   double slope_at_zero, const PrescribedMotion& prescribed);
+  [[nodiscard]] double line_search(Solution& at, const State& state, double alpha, double longest,
+                                   double slope_at_zero);
   void try_step(const State& state, double alpha);
   [[nodiscard]] double slope(const PrescribedMotion& prescribed) const;
-  struct Largest {
-    double size = 0;
-    Index vector = 0;
-  };
-  /// The largest of a set of changes of all vectors, given as a function of the vector.
-  template <typename Change>
-  [[nodiscard]] Largest largest(const Change& change) const;
-  [[nodiscard]] bool is_position(Index vector) const { return vector == layout_.first_vector(node_of_[vector]); }
-  [[nodiscard]] Residual estimated_round_off(const State& state) const;
 
   const Layout& layout_;
   NewtonSettings settings_;
   Timers& timers_;
-  int n_threads_;
-  Pattern pattern_;
-  LinearSolver linear_;
-  UnsymmetricTerms unsymmetric_;  // of the system that has just been solved
-  Residual round_off_;
-  StepControl control_;                 // of this solve
-  bool renews_limits_ = false;          // of friction, with each iteration
-  bool indefinite_ = false;             // the last tangent of this solve was not positive definite
-  std::vector<Index> owned_from_;       // n_threads + 1 node limits
-  std::vector<Index> node_of_;          // of each vector
-  std::vector<double> unit_, damping_;  // of each vector: what counts as far, stiffness that holds it back
-  std::vector<double> values_, force_, load_, step_;
-  std::vector<double> inner_, outer_;  // of each vector: sizes of the forces of elasticity, of all others
-  State trial_;                        // where a step leads to
-  std::vector<Vec3> last_step_;        // the step, as it was made
+  TangentSystem system_;
+  StepFinder finder_;
+  bool renews_limits_ = false;   // of friction, with each iteration
+  std::vector<double> unit_;     // of each vector: what counts as far
+  State trial_;                  // where a step leads to
+  std::vector<Vec3> last_step_;  // the step, as it was made
 };
 
 }  // namespace trame::micro

@@ -10,7 +10,7 @@ namespace trame::micro {
 namespace {
 
 TEST(StepControl, DampedStepsHaveOneCapAndATrustRadiusThatFollowsWhatWasTaken) {
-  StepControl control(0.5, true);
+  DampedSoftModes control(0.5);
   EXPECT_EQ(control.part_of(0.5), 1);
   EXPECT_EQ(control.part_of(2), 0.25);
   EXPECT_FALSE(control.wants_damping(0.6));
@@ -30,7 +30,7 @@ TEST(StepControl, DampedStepsHaveOneCapAndATrustRadiusThatFollowsWhatWasTaken) {
 }
 
 TEST(StepControl, WholeStepsAreCappedShorterAsLongAsTheResidualDoesNotFall) {
-  StepControl control(0.8, false);
+  CappedSteps control(0.8);
   EXPECT_FALSE(control.wants_damping(100));
   control.note_residual(1);
   const auto take = [&] {
@@ -44,7 +44,9 @@ TEST(StepControl, WholeStepsAreCappedShorterAsLongAsTheResidualDoesNotFall) {
   EXPECT_EQ(control.reduction(), 0.96);
   for (int n = 0; n < 3; ++n) EXPECT_EQ(take(), 0.25);
   EXPECT_EQ(control.part_of(0.4), 1) << "is not capped";
+  EXPECT_FALSE(control.may_use_old_factor());
   control.note_taken(0.4, 1);
+  EXPECT_TRUE(control.may_use_old_factor());
   control.note_residual(0.96);
   EXPECT_EQ(control.cap(), 0.4);
   control.note_residual(0.9);
@@ -52,12 +54,11 @@ TEST(StepControl, WholeStepsAreCappedShorterAsLongAsTheResidualDoesNotFall) {
 }
 
 TEST(StepControl, ThreeStepsToNowhereInSuccessionAreHeldUp) {
-  StepControl control(0.5, true);
+  DampedSoftModes control(0.5);
   const auto take = [&](double alpha) { control.note_taken(0.4, alpha); };
   take(0.01);
   take(0.01);
   take(0.5);
-  EXPECT_FALSE(control.took_whole_step());
   take(0.01);
   take(0.01);
   EXPECT_FALSE(control.is_held_up());

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "micro/core/error.h"
+#include "micro/scene/tolerances.h"
 #include "workflows/report/html.h"
 #include "workflows/report/report_data.h"
 #include "workflows/report/report_plots.h"
@@ -87,11 +88,8 @@ std::string crossing_cells(const RunSummary& summary) {
 
 /// What certificates are held against.
 struct CertificateLimits {
-  /// What an increment may end on once limits of friction are renewed, over `force_tolerance`.
-  static constexpr double over_force_tolerance = 100;
-
   double penetration = 0.05;  ///< of R
-  double imbalance = over_force_tolerance * micro::SolverSettings().force_tolerance;
+  double imbalance = micro::friction_tolerance(micro::SolverSettings());
   double energy = 0.01;  ///< of the external work
 };
 
@@ -100,7 +98,7 @@ CertificateLimits certificate_limits(const micro::SnapshotHeader& header) {
   CertificateLimits limits;
   if (const std::optional<micro::Scene> scene = scene_of(header)) {
     limits.penetration = std::max(limits.penetration, scene->contact.target_penetration);
-    limits.imbalance = CertificateLimits::over_force_tolerance * scene->solver.force_tolerance;
+    limits.imbalance = micro::friction_tolerance(scene->solver);
   }
   return limits;
 }
