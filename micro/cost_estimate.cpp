@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "micro/run/stage_settings.h"
 #include "micro/solve/linear_solver.h"
 

@@ -64,6 +64,9 @@ struct ContactAt {
   return start.force < end.force ? start.energy : end.energy;
 }
 
+/// Penetration that is deeper than it may be, over the target, which most contacts stay below.
+constexpr double deepest_over_target = 3;
+
 /// Next factor of a penalty whose largest penetration was `ratio` times the target: it rises by ratio², since p² goes
 /// with 1/k at a given force, at most fourfold, and never falls. Held below `largest_penalty_scale`.
 constexpr double largest_penalty_scale = 400;
@@ -94,19 +97,20 @@ struct AugmentedPenalty {
   /// At an equilibrium in which it presses with `force` at `gap`: raises the preload to the force that it has, at no
   /// penetration; and the penalty, where that has helped little. Returns false where nothing is left to be raised.
   bool raise(double gap, double force, double p_reg) {
+    constexpr double helped_little = 0.5, no_difference = 0.9, as_stiff_as_can_be = 0.999, stiffer = 4, least = 1e-12;
     const double p = std::abs(gap);
-    if (penetration_before > 0 && p > 0.5 * penetration_before) {
+    if (penetration_before > 0 && p > helped_little * penetration_before) {
       // Slow: the fibers resist about as much as the penalty does. Where even a stiff one makes no difference, it is
       // not contact that holds them in each other.
-      if (penalty_scale < 0.999 * largest_penalty_scale)
-        set_scale(std::min(4 * penalty_scale, largest_penalty_scale));
-      else if (p > 0.9 * penetration_before && gap < 0) {
+      if (penalty_scale < as_stiff_as_can_be * largest_penalty_scale)
+        set_scale(std::min(stiffer * penalty_scale, largest_penalty_scale));
+      else if (p > no_difference * penetration_before && gap < 0) {
         stuck = true;
         return false;
       }
     }
     preload = penetration_of_force(force, penalty, p_reg);
-    penetration_before = std::max(p, 1e-12);
+    penetration_before = std::max(p, least);
     return true;
   }
   /// The increment is accepted: sets with what the next one begins. What the multiplier is worth once the penetration
@@ -152,8 +156,7 @@ class Softness {
     constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
     // Of thousands of contacts a few that press next to nothing are deeper than the rest.
     constexpr double tolerated_share = 0.01;  // of all forces
-    constexpr double deepest_tolerated = 3;   // times the target
-    return across_ || deepest_ > deepest_tolerated * target_ || pressing_deep_ > tolerated_share * pressing_ ||
+    return across_ || deepest_ > deepest_over_target * target_ || pressing_deep_ > tolerated_share * pressing_ ||
            lost_ > tolerated_softness * elastic_energy;
   }
 

@@ -151,9 +151,9 @@ const ContactHistory* Contact::find_history(const Proximity& place) const {
   return nearest_to<ContactHistory>(
       field_, place, reach, [&](const Proximity& p, const ContactHistory*& best, double& best_distance) {
         const auto pair = std::make_tuple(p.fiber_a(), p.fiber_b(), p.image());
-        auto h = std::lower_bound(
-            history_.begin(), history_.end(), std::make_tuple(p.fiber_a(), p.fiber_b(), p.image(), p.s_a() - reach),
-            [](const ContactHistory& c, const auto& k) { return std::tie(c.fiber_a, c.fiber_b, c.image, c.s_a) < k; });
+        auto h = std::lower_bound(history_.begin(), history_.end(),
+                                  std::make_tuple(p.fiber_a(), p.fiber_b(), p.image(), p.s_a() - reach),
+                                  [](const ContactHistory& c, const auto& k) { return c.place() < k; });
         for (; h != history_.end() && key(*h) == pair && h->s_a <= p.s_a() + reach; ++h) {
           double distance = 0.5 * (std::abs(h->s_a - p.s_a()) + std::abs(h->s_b - p.s_b()));
           if (h->point != p.point) distance = 0.5 * (distance + reach);
@@ -442,18 +442,6 @@ double Contact::max_penetration_over_radius() const {
   return largest;
 }
 
-Index Contact::n_stuck() const {
-  return static_cast<Index>(
-      std::count_if(elements_.begin(), elements_.end(), [](const ContactElement& e) { return e.stuck; }));
-}
-
-double Contact::deepest_stuck_over_radius() const {
-  double largest = 0;
-  for (const ContactElement& e : elements_)
-    if (e.stuck) largest = std::max(largest, -e.gap() / mean_radius(e.fiber_a, e.fiber_b));
-  return largest;
-}
-
 bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
   return raise_where_too_soft(
@@ -541,9 +529,7 @@ void Contact::commit(const State& state) {
   history_.resize(elements_.size());
   for (std::size_t i = 0; i < elements_.size(); ++i)
     history_[i] = remember(field_, elements_[i], law_.friction ? static_cast<Index>(i) : -1);
-  std::stable_sort(history_.begin(), history_.end(), [](const ContactHistory& x, const ContactHistory& y) {
-    return std::tie(x.fiber_a, x.fiber_b, x.image, x.s_a) < std::tie(y.fiber_a, y.fiber_b, y.image, y.s_a);
-  });
+  std::ranges::stable_sort(history_, {}, &ContactHistory::place);
   known_.clear();
   note_loaded_particles();
 }
@@ -585,7 +571,7 @@ void Contact::adapt_penalties() {
       if (!e.stuck) penetration = std::max(penetration, -e.gap());
       scale = std::max(scale, e.penalty_scale);
     }
-    const double target = 3 * law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b);
+    const double target = deepest_over_target * law_.target_penetration * mean_radius(first.fiber_a, first.fiber_b);
     if (penetration <= target) {
       begin = end;
       continue;

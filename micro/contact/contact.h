@@ -46,10 +46,6 @@ class Contact final : public Effect {
   [[nodiscard]] double regularisation(const ContactElement& element) const;
   /// Largest penetration over the mean radius of the pair.
   [[nodiscard]] double max_penetration_over_radius() const;
-  /// Elements at which raising the preload changes nothing, as something else holds their fibers in each other; the
-  /// deepest of them.
-  [[nodiscard]] Index n_stuck() const;
-  [[nodiscard]] double deepest_stuck_over_radius() const;
   [[nodiscard]] const std::vector<ContactHistory>& history() const { return history_; }
   /// Friction::force of the pairs in `history` that have one; empty without friction.
   [[nodiscard]] const std::vector<Vec3>& tractions() const { return tractions_; }

@@ -28,6 +28,8 @@ struct ContactHistory {
   double preload = 0, raised_at = 0;  ///< see ContactElement
   bool stuck = false;                 ///< see ContactElement
 
+  /// By which histories are in order.
+  [[nodiscard]] std::tuple<Index, Index, Image, double> place() const { return {fiber_a, fiber_b, image, s_a}; }
   void keep(Archive& archive) {
     archive(fiber_a, fiber_b, image[0], image[1], s_a, s_b, normal, traction, penalty_scale, touches, gap_offset,
             length, point, preload, raised_at, stuck);

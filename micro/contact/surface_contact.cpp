@@ -584,7 +584,7 @@ void SurfaceContact::commit(const State& state) {
     h.law = e.law(p_reg);
     h.gap = e.gap();
     e.accept(e.gap(), force, p_reg, law_.adapt_penalty);
-    const double target = 3 * law_.target_penetration * e.radius;
+    const double target = deepest_over_target * law_.target_penetration * e.radius;
     if (law_.adapt_penalty && !e.stuck && -e.gap() > target)
       e.adapt(adapted_penalty_scale(e.penalty_scale, -e.gap() / target), p_reg);
     std::tie(h.surface, h.fiber, h.sample) = place_of(e);

@@ -10,6 +10,7 @@ namespace trame::micro {
 
 /// Translation along, or rotation about, a global axis.
 enum class BodyDof : std::uint8_t { x, y, z, rx, ry, rz };
+inline constexpr Index n_body_dofs = 6;
 
 /// What scenes and tables call them, in their order.
 inline constexpr std::array<std::string_view, 6> dof_names = {"x", "y", "z", "rx", "ry", "rz"};

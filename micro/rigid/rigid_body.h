@@ -6,9 +6,9 @@
 
 #include <string>
 
+#include "micro/core/amplitude.h"
 #include "micro/fiber/fiber_field.h"
 #include "micro/rigid/body_dof.h"
-#include "micro/scene/amplitude.h"
 #include "micro/solve/effect.h"
 
 namespace trame::micro {
@@ -29,7 +29,7 @@ class RigidBodies {
   [[nodiscard]] Index n_bodies() const { return n_bodies_; }
   [[nodiscard]] Index node(Index body) const { return body; }
   /// Dof of the system that holds dof d (x, y, z, rx, ry, rz) of a body.
-  [[nodiscard]] Index dof(Index body, BodyDof d) const { return 6 * body + static_cast<Index>(d); }
+  [[nodiscard]] Index dof(Index body, BodyDof d) const { return n_body_dofs * body + static_cast<Index>(d); }
   [[nodiscard]] Pose pose(const State& state, Index body) const { return {state.q[2 * body], state.rotations[body]}; }
   /// How a step shifts and turns a body, and its pose before the step that led to `state`.
   [[nodiscard]] const Vec3& shift(const Vec3* step, Index body) const { return step[2 * body]; }

@@ -2,7 +2,7 @@
 /// \file
 /// The energy of a run since its start, over all stages, in natural units.
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 
 namespace trame::micro {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 
 namespace trame::micro {
 

@@ -2,7 +2,7 @@
 /// \file
 /// From the dimensionless state of a stage to the records of an increment in SI units.
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "micro/states/snapshot.h"
 
 namespace trame::micro {

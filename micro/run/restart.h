@@ -2,7 +2,7 @@
 /// \file
 /// Runs that begin where a stage of another run ended: weave once, pull in many ways.
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "micro/states/snapshot.h"
 
 namespace trame::micro {

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 
 namespace trame::micro {
 

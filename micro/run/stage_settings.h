@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 
 namespace trame::micro {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "micro/core/timers.h"
-#include "micro/model_size.h"
+#include "micro/model/model_size.h"
 #include "micro/states/snapshot.h"
 
 namespace trame::micro {

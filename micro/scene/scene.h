@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "micro/contact/contact_law.h"
+#include "micro/core/amplitude.h"
 #include "micro/core/types.h"
 #include "micro/fiber/fiber_model.h"
 #include "micro/rigid/body_dof.h"
 #include "micro/rigid/surface.h"
-#include "micro/scene/amplitude.h"
 
 namespace trame::micro {
 

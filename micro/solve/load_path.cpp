@@ -41,104 +41,133 @@ double elastic_energy(const Effects& effects, const State& state) {
   return sum;
 }
 
-/// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not.
-bool is_stiff_enough(Tools& tools, double slack, const State& state, IncrementReport& report) {
-  if (report.n_stiffenings == tools.settings.max_stiffenings) return true;
-  const double energy = elastic_energy(tools.effects, state);
-  bool enough = true;
-  for (const auto& effect : tools.effects) enough = !effect->stiffen(state, energy, slack) && enough;
-  if (!enough) {
-    ++report.n_stiffenings;
-    tools.log("    contact made stiffer");
-  }
-  return enough;
-}
-
-/// Whether an equilibrium is one without what holds fibers back, too; holds them at `state` from now on where it is
-/// not. Where next to nothing presses at the end, what has died away since `first`, the residual of the first time (0
-/// until then), is nothing as well.
-bool is_free(Tools& tools, const PrescribedMotion& motion, double slack, const State& state, double& first) {
-  if (slack > 1) return true;
-  bool held = false;
-  for (const auto& effect : tools.effects) held = effect->hold_at(state) || held;
-  if (!held) return true;
-  const Residual r = tools.newton.evaluate(tools.effects, motion, state, false);
-  tools.log(fmt::format("    without damping: residual {:.2e}", r.relative()));
-  if (first == 0) first = r.norm();
-  constexpr double looser = 10, died_away = 1e-5;
-  return (tools.newton.is_equilibrium(r, looser) && r.worst_part <= 1) || r.norm() <= died_away * first;
-}
-
 /// One increment: alternates contact detection and Newton's method, until all of the prescribed motion is made, the
 /// contacts of the state itself are in equilibrium, and they are stiff enough.
-Attempt find_equilibrium(Tools& tools, PrescribedMotion motion, double slack, State& state,
-                         IncrementReport& report) {
-  auto& [newton, effects, settings, driver, timers] = tools;
-  constexpr int max_held_up = 3;
-  constexpr const char* restless =
-      "what the proximal term holds back does not come to rest where the stage ends; friction, or drives that hold it, "
-      "may be missing";
-  // From then on what has been found stays, so that fibers that go to and fro meet the same contacts each time.
-  constexpr int few_to_and_fro = 8;
-  int n_detours = 0;     // detections because of long motions, which settle nothing
-  int n_held_up = 0;     // detections because of forces that jump
-  int n_undone = 0;      // equilibria that contacts found at them have undone
-  int n_holds = 0;       // equilibria that there were with damping only
-  double held_by = 0;    // residual without it at the first of them
-  bool arrived = false;  // an equilibrium of the contacts known before
-  // Contacts that come up and preloads that are raised undo an equilibrium: it is not worth much before. Whether
-  // raising makes a difference is not to be told from a coarse one.
-  constexpr double first = 1e4, later = 100;  // times the tolerances
-  double roughness = slack > 1 ? 1 : first;
-  report.n_stiffenings = 0;
-  newton.reset_reach();
-  for (;;) {
-    {
-      const auto guard = timers.measure(Phase::detection);
-      for (const auto& effect : effects) effect->update(state, arrived || n_detours > few_to_and_fro);
-    }
-    ++report.n_geometry_updates;
-    constexpr int few = 2;  // detours that cost less than to ask
-    if (n_detours >= few) newton.set_reach(effects, state);
-    if (newton.cover_sparsity(effects))
-      tools.log(fmt::format("    new pattern: {:.3g} entries in K", newton.n_matrix_entries()));
-    if (arrived) {
-      const Residual r = newton.evaluate(effects, motion, state, false);
-      report.residual = r.relative();
-      const double renewed = newton.evaluate(effects, motion, state, true).relative();
-      tools.log(fmt::format("    contacts looked for again: residual {:.2e}, with friction renewed {:.2e}",
-                            report.residual, renewed));
-      const bool was_rough = roughness > 1;
-      const bool settled =
-          newton.is_equilibrium(r, slack) && renewed <= std::max(slack * settings.friction_tolerance, r.relative());
-      // One more solution serves both what has come up and what is too soft.
-      constexpr double nearly = 1e-2;
-      const bool stiff = renewed > nearly || is_stiff_enough(tools, slack, state, report);
-      if (settled && stiff) {
-        if (is_free(tools, motion, slack, state, held_by)) return {.accepted = true};
-        if (++n_holds > settings.max_holds) return {.reason = restless, .hopeless = true};
-      }
-      roughness = stiff ? 1 : std::min(roughness, later);
-      if (!settled && !was_rough && ++n_undone > settings.max_geometry_updates)
-        return {.reason = fmt::format("contacts do not settle (relative residual {:.1e})", report.residual),
-                .worst_dof = r.worst_dof};
-    }
-    const NewtonOutcome outcome = newton.solve(effects, motion, slack * roughness, state, driver.log);
-    report.n_newton_iterations += outcome.n_iterations;
-    report.n_factorizations += outcome.n_factorizations;
-    arrived = outcome.converged();
-    if (arrived) {
-      motion.motion.assign(motion.motion.size(), 0.0);  // it has been made
-    } else if ((outcome.status == NewtonOutcome::Status::travelled && ++n_detours <= settings.max_detours) ||
-               (outcome.status == NewtonOutcome::Status::held_up && ++n_held_up <= max_held_up)) {
-      for (double& m : motion.motion) m *= outcome.remaining;
-      for (const auto& effect : effects) effect->hold_back();
-    } else {
-      return {.reason = fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
-              .worst_dof = outcome.worst_dof};
+class EquilibriumSearch {
+ public:
+  EquilibriumSearch(Tools& tools, PrescribedMotion motion, double slack, State& state, IncrementReport& report)
+      : tools_(tools), motion_(std::move(motion)), slack_(slack), state_(state), report_(report),
+        roughness_(slack > 1 ? 1 : first) {}
+
+  Attempt find() {
+    report_.n_stiffenings = 0;
+    tools_.newton.reset_reach();
+    for (;;) {
+      look_for_contacts();
+      if (arrived_)
+        if (std::optional<Attempt> end = judge()) return *end;
+      if (std::optional<Attempt> end = solve()) return *end;
     }
   }
-}
+
+ private:
+  // Contacts that come up and preloads that are raised undo an equilibrium: it is not worth much before. Whether
+  // raising makes a difference is not to be told from a coarse one.
+  static constexpr double first = 1e4, later = 100;  // times the tolerances
+
+  void look_for_contacts() {
+    // From then on what has been found stays, so that fibers that go to and fro meet the same contacts each time.
+    constexpr int few_to_and_fro = 8;
+    constexpr int few = 2;  // detours that cost less than to ask how far fibers may go
+    {
+      const auto guard = tools_.timers.measure(Phase::detection);
+      for (const auto& effect : tools_.effects) effect->update(state_, arrived_ || n_detours_ > few_to_and_fro);
+    }
+    ++report_.n_geometry_updates;
+    if (n_detours_ >= few) tools_.newton.set_reach(tools_.effects, state_);
+    if (tools_.newton.cover_sparsity(tools_.effects))
+      tools_.log(fmt::format("    new pattern: {:.3g} entries in K", tools_.newton.n_matrix_entries()));
+  }
+
+  /// At an equilibrium of the contacts known before: how the increment ends, if it does.
+  std::optional<Attempt> judge() {
+    constexpr double nearly = 1e-2;  // one more solution serves both what has come up and what is too soft
+    const Residual r = tools_.newton.evaluate(tools_.effects, motion_, state_, false);
+    report_.residual = r.relative();
+    const double renewed = tools_.newton.evaluate(tools_.effects, motion_, state_, true).relative();
+    tools_.log(fmt::format("    contacts looked for again: residual {:.2e}, with friction renewed {:.2e}",
+                           report_.residual, renewed));
+    const bool was_rough = roughness_ > 1;
+    const bool settled = tools_.newton.is_equilibrium(r, slack_) &&
+                         renewed <= std::max(slack_ * tools_.settings.friction_tolerance, r.relative());
+    const bool stiff = renewed > nearly || is_stiff_enough();
+    if (settled && stiff) {
+      if (is_free()) return Attempt{.accepted = true};
+      if (++n_holds_ > tools_.settings.max_holds)
+        return Attempt{.reason =
+                           "what the proximal term holds back does not come to rest where the stage ends; "
+                           "friction, or drives that hold it, may be missing",
+                       .hopeless = true};
+    }
+    roughness_ = stiff ? 1 : std::min(roughness_, later);
+    if (!settled && !was_rough && ++n_undone_ > tools_.settings.max_geometry_updates)
+      return Attempt{.reason = fmt::format("contacts do not settle (relative residual {:.1e})", report_.residual),
+                     .worst_dof = r.worst_dof};
+    return std::nullopt;
+  }
+
+  /// Whether contact is stiff enough at an equilibrium; makes it stiffer where it is not.
+  bool is_stiff_enough() {
+    if (report_.n_stiffenings == tools_.settings.max_stiffenings) return true;
+    const double energy = elastic_energy(tools_.effects, state_);
+    bool enough = true;
+    for (const auto& effect : tools_.effects) enough = !effect->stiffen(state_, energy, slack_) && enough;
+    if (!enough) {
+      ++report_.n_stiffenings;
+      tools_.log("    contact made stiffer");
+    }
+    return enough;
+  }
+
+  /// Whether an equilibrium is one without what holds fibers back, too; holds them where they are from now on if it is
+  /// not. Where next to nothing presses at the end, what has died away since the first time is nothing as well.
+  bool is_free() {
+    if (slack_ > 1) return true;
+    bool held = false;
+    for (const auto& effect : tools_.effects) held = effect->hold_at(state_) || held;
+    if (!held) return true;
+    const Residual r = tools_.newton.evaluate(tools_.effects, motion_, state_, false);
+    tools_.log(fmt::format("    without damping: residual {:.2e}", r.relative()));
+    if (held_by_ == 0) held_by_ = r.norm();
+    constexpr double looser = 10, died_away = 1e-5;
+    return (tools_.newton.is_equilibrium(r, looser) && r.worst_part <= 1) || r.norm() <= died_away * held_by_;
+  }
+
+  std::optional<Attempt> solve() {
+    using Status = NewtonOutcome::Status;
+    constexpr int max_held_up = 3;
+    const NewtonOutcome outcome =
+        tools_.newton.solve(tools_.effects, motion_, slack_ * roughness_, state_, tools_.driver.log);
+    report_.n_newton_iterations += outcome.n_iterations;
+    report_.n_factorizations += outcome.n_factorizations;
+    arrived_ = outcome.converged();
+    if (arrived_) {
+      motion_.motion.assign(motion_.motion.size(), 0.0);  // it has been made
+      return std::nullopt;
+    }
+    const bool goes_on = (outcome.status == Status::travelled && ++n_detours_ <= tools_.settings.max_detours) ||
+                         (outcome.status == Status::held_up && ++n_held_up_ <= max_held_up);
+    if (!goes_on)
+      return Attempt{.reason = fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
+                     .worst_dof = outcome.worst_dof};
+    for (double& m : motion_.motion) m *= outcome.remaining;
+    for (const auto& effect : tools_.effects) effect->hold_back();
+    return std::nullopt;
+  }
+
+  Tools& tools_;
+  PrescribedMotion motion_;  // that remains
+  double slack_;
+  State& state_;
+  IncrementReport& report_;
+  double roughness_;      // of tolerances
+  int n_detours_ = 0;     // detections because of long motions, which settle nothing
+  int n_held_up_ = 0;     // detections because of forces that jump
+  int n_undone_ = 0;      // equilibria that contacts found at them have undone
+  int n_holds_ = 0;       // equilibria that there were with damping only
+  double held_by_ = 0;    // residual without it at the first of them
+  bool arrived_ = false;  // an equilibrium of the contacts known before
+};
 
 /// Why an equilibrium that a step from `start` has reached is inadmissible; empty where it is not.
 std::string inadmissibility(const Effects& effects, const State& start, const State& state) {
@@ -151,9 +180,9 @@ std::string inadmissibility(const Effects& effects, const State& start, const St
 }
 
 /// Takes `state` from `start` to an equilibrium that nothing speaks against.
-Attempt try_increment(Tools& tools, const PrescribedMotion& motion, double slack, const State& start,
-                      State& state, IncrementReport& report) {
-  Attempt attempt = find_equilibrium(tools, motion, slack, state, report);
+Attempt try_increment(Tools& tools, const PrescribedMotion& motion, double slack, const State& start, State& state,
+                      IncrementReport& report) {
+  Attempt attempt = EquilibriumSearch(tools, motion, slack, state, report).find();
   if (!attempt.accepted) return attempt;
   const std::string why = inadmissibility(tools.effects, start, state);
   return {.accepted = why.empty(), .reason = why, .refused = !why.empty()};

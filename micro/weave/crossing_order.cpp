@@ -60,14 +60,9 @@ std::optional<double> smallest_separation(const FiberField& field, const State& 
   return n_missed == 0 ? smallest : std::nullopt;
 }
 
-CrossingOrder::CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth,
-                             double penalty, double p_reg, std::optional<double> target_penetration)
-    : field_(field), crossings_(std::move(crossings)), penalty_scale_(crossings_.size(), 1.0),
-      start_depth_(start_depth), penalty_(penalty), p_reg_(p_reg), target_penetration_(target_penetration) {}
-
 void CrossingOrder::begin_step(const State& start, double stage_time) {
   start_ = start;
-  depth_ = start_depth_ + stage_time * (1 - start_depth_);
+  depth_ = settings_.start_depth + stage_time * (1 - settings_.start_depth);
 }
 
 void CrossingOrder::update(const State& state, bool) {
@@ -79,7 +74,7 @@ void CrossingOrder::update(const State& state, bool) {
       e.a = {a, s_a};
       e.b = {b, s_b};
       e.reach = field_.mesh().radius[a] + field_.mesh().radius[b];
-      e.penalty = penalty_ * penalty_scale_[i];
+      e.penalty = settings_.penalty * penalty_scale_[i];
       follow(state, e);
       if (e.gap > 0.5 * e.reach) return;  // far from being active
       e.feet_at_iteration = {e.a, e.b};
@@ -129,7 +124,7 @@ void CrossingOrder::add_sparsity(Pattern::Builder& builder) const {
 /// tangent is that of crossings that stand.
 void CrossingOrder::add(const State&, Assembler& assembler) const {
   for (const Element& e : elements_) {
-    const double f = penalty_force(e.gap, e.penalty, p_reg_);
+    const double f = penalty_force(e.gap, e.penalty, settings_.p_reg);
     if (f <= 0) continue;
     const LocalForms local(field_, e.a, e.b);
     if (!local.touches(assembler)) continue;
@@ -139,7 +134,7 @@ void CrossingOrder::add(const State&, Assembler& assembler) const {
     local.scatter_force(-f * gradient, assembler);
     if (!assembler.wants_tangent()) continue;
     LocalForms::Matrix k = local.zero_matrix();
-    LocalForms::add_square(gradient, penalty_stiffness(e.gap, e.penalty, p_reg_), k);
+    LocalForms::add_square(gradient, penalty_stiffness(e.gap, e.penalty, settings_.p_reg), k);
     local.scatter_tangent(k, assembler);
   }
 }
@@ -148,7 +143,7 @@ double CrossingOrder::energy(const State& state) const {
   double sum = 0;
   for (Element e : elements_) {
     follow(state, e);
-    sum += penalty_energy(e.gap, e.penalty, p_reg_);
+    sum += penalty_energy(e.gap, e.penalty, settings_.p_reg);
   }
   return sum;
 }
@@ -165,7 +160,7 @@ Ledger CrossingOrder::ledger(const State&) const {
 double CrossingOrder::work(const std::vector<Element>& elements, const State& state) const {
   double sum = 0;
   for (const Element& e : elements) {
-    const double force = penalty_force(e.gap, e.penalty, p_reg_);
+    const double force = penalty_force(e.gap, e.penalty, settings_.p_reg);
     if (force <= 0) continue;
     const auto rise = [&](const Foot& foot) {
       return field_.curve(state, foot.fiber, foot.s).r.z() - field_.curve(start_, foot.fiber, foot.s).r.z();
@@ -178,12 +173,12 @@ double CrossingOrder::work(const std::vector<Element>& elements, const State& st
 void CrossingOrder::commit(const State& state) {
   work_n_ += 0.5 * (work(*elements_n_, state) + work(elements_, state));
   elements_n_ = elements_;
-  if (!target_penetration_) return;
+  if (!settings_.target_penetration) return;
   for (std::size_t i = 0; i < crossings_.size(); ++i) {
     double penetration = 0;
     for (std::size_t e = element_start_[i]; e < element_start_[i + 1]; ++e)
       penetration = std::max(penetration, -elements_[e].gap);
-    penalty_scale_[i] = adapted_penalty_scale(penalty_scale_[i], penetration / *target_penetration_);
+    penalty_scale_[i] = adapted_penalty_scale(penalty_scale_[i], penetration / *settings_.target_penetration);
   }
 }
 

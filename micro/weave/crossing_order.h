@@ -18,10 +18,14 @@ struct YarnCrossing {
 
 class CrossingOrder final : public Effect {
  public:
-  /// `start_depth` < 0: d at stage time 0, over R_a + R_b; d reaches 1 at stage time 1. `penalty` is a force per length
-  /// of gap to start with; each crossing adapts its own to `target_penetration`, a length, or keeps it without one.
-  CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, double start_depth, double penalty,
-                double p_reg, std::optional<double> target_penetration);
+  struct Settings {
+    double start_depth = 0;                      ///< < 0: d at stage time 0, over R_a + R_b; at stage time 1 it is 1
+    double penalty = 0;                          ///< force per length of gap to start with
+    double p_reg = 0;                            ///< penetration below which it is quadratic, length
+    std::optional<double> target_penetration{};  ///< length to which each crossing adapts its penalty; may be none
+  };
+  CrossingOrder(const FiberField& field, std::vector<YarnCrossing> crossings, const Settings& settings)
+      : field_(field), crossings_(std::move(crossings)), penalty_scale_(crossings_.size(), 1.0), settings_(settings) {}
 
   [[nodiscard]] std::string_view name() const override { return "crossing order"; }
   void begin_step(const State& start, double stage_time) override;
@@ -58,8 +62,7 @@ class CrossingOrder final : public Effect {
   const FiberField& field_;
   std::vector<YarnCrossing> crossings_;
   std::vector<double> penalty_scale_;  // of each crossing
-  double start_depth_, penalty_, p_reg_;
-  std::optional<double> target_penetration_;
+  Settings settings_;
   double depth_ = 0;                                // d / (R_a + R_b) of this step
   double work_n_ = 0;                               // on fibers, up to the last accepted step
   State start_;                                     // of the step

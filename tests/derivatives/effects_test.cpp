@@ -169,7 +169,8 @@ TEST(Derivatives, ContactWithSurfaces) {
 
 TEST(Derivatives, CrossingOrder) {
   TwoFibers scene(FiberModel::rod, TwoFibers::Arrangement::crossed);
-  CrossingOrder order(scene.field, {{0, 1}}, -2, 1.0, 0.03, 0.3);
+  CrossingOrder order(scene.field, {{0, 1}},
+                      {.start_depth = -2, .penalty = 1, .p_reg = 0.03, .target_penetration = 0.3});
   order.begin_step(scene.state, 1);
   order.update(scene.state);
   ASSERT_EQ(order.elements().size(), 1u);

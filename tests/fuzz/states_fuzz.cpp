@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "micro/core/error.h"
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "micro/run/restart.h"
 #include "micro/simulate.h"
 #include "tests/fuzz/hdf5_numbers.h"

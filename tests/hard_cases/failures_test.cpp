@@ -5,7 +5,7 @@
 #include <limits>
 #include <numbers>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "micro/run/stage_settings.h"
 #include "micro/weave/flat_start.h"
 #include "tests/support/hard_case.h"

@@ -182,7 +182,8 @@ TEST(PeriodicForces, CrossingsAreSeenOnceAcrossSeams) {
   };
   EXPECT_EQ(count(cell.state), 4);
   EXPECT_EQ(count(state), 4);
-  CrossingOrder order(field, ordered_crossings(cell.assembly), -2, 1.0, 0.03, 0.3);
+  CrossingOrder order(field, ordered_crossings(cell.assembly),
+                      {.start_depth = -2, .penalty = 1, .p_reg = 0.03, .target_penetration = 0.3});
   order.begin_step(state, 1);
   order.update(state);
   EXPECT_EQ(order.elements().size(), 4u);

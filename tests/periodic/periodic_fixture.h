@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <memory>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "tests/support/run_scene.h"
 
 namespace trame::micro::test {

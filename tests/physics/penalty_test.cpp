@@ -207,7 +207,7 @@ TEST(Penalty, CrossingOrderStiffensToItsTargetAndHandsItsPenaltyOver) {
   state.q.assign(layout.n_vectors(), Vec3::Zero());
   field.read_configuration(assembly.configuration, state);
   // The axes are 1.99 apart and shall be 2: a penetration of 0.01, whose target is 0.005.
-  CrossingOrder order(field, {{1, 0}}, -2, 1.0, 0.1, 0.005);
+  CrossingOrder order(field, {{1, 0}}, {.start_depth = -2, .penalty = 1, .p_reg = 0.1, .target_penetration = 0.005});
   order.begin_step(state, 1);
   order.update(state);
   ASSERT_EQ(order.history().size(), 1u);

@@ -10,7 +10,7 @@
 #include <functional>
 #include <string>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "micro/simulate.h"
 #include "tests/support/run_scene.h"
 

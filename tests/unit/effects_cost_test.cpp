@@ -11,7 +11,7 @@
 
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
-#include "micro/model.h"
+#include "micro/model/model.h"
 #include "tests/support/finite_differences.h"
 #include "tests/support/run_scene.h"
 

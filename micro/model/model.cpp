@@ -1,4 +1,4 @@
-#include "micro/model.h"
+#include "micro/model/model.h"
 
 #include <fmt/format.h>
 
@@ -123,7 +123,7 @@ StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage
 
 void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage,
                                 const StageStart& from) {
-  drives.assign(6 * bodies.n_bodies(), {});
+  drives.assign(n_body_dofs * bodies.n_bodies(), {});
   double stiffness = 0;
   for (Index f = 0; f < assembly.mesh.n_fibers(); ++f)
     stiffness += tie_stiffness * assembly.mesh.axial_stiffness[f] / field.element_length(f) / bodies.n_bodies();
@@ -146,7 +146,12 @@ void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, co
             throw InputError(
                 fmt::format("{}: stage {}: follow drives x, y or z, not a rotation", scene.name, stage.name));
           drive = {DofDrive::Kind::follow};
-          follow_terms_.push_back({b, leader, axis, from.poses[leader], from.poses[b].position, stiffness});
+          follow_terms_.push_back({.follower = b,
+                                   .leader = leader,
+                                   .axis = axis,
+                                   .leader_start = from.poses[leader],
+                                   .follower_start = from.poses[b].position,
+                                   .stiffness = stiffness});
           break;
       }
     }
@@ -235,15 +240,18 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
   if (stage.separate_yarns) {
     constexpr double reach = 2;  // R_a + R_b in units of the mean radius
     const auto target = c.adapt_penalty ? std::optional(over_target * c.target_penetration) : std::nullopt;
-    auto effect = std::make_unique<CrossingOrder>(field, ordered_crossings(assembly), -assembly.flat_height / reach,
-                                                  c.penalty * reach, c.regularisation, target);
+    const CrossingOrder::Settings settings{.start_depth = -assembly.flat_height / reach,
+                                           .penalty = c.penalty * reach,
+                                           .p_reg = c.regularisation,
+                                           .target_penetration = target};
+    auto effect = std::make_unique<CrossingOrder>(field, ordered_crossings(assembly), settings);
     crossing_order = effect.get();
     effects.push_back(std::move(effect));
   }
 }
 
-void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
-  if (bodies.n_bodies() == 0) return;
+/// What holds the ends of fibers to bodies.
+std::vector<TieTerm> StageModel::tie_terms(const Assembly& assembly) const {
   std::vector<TieTerm> terms;
   // Averages by body and end, in the order of the ties.
   std::vector<std::pair<std::pair<Index, FiberEnd>, TieTerm>> averages;
@@ -257,14 +265,14 @@ void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
     // References come from the stress-free layout, in which bodies stand unturned at their first positions.
     const FiberConfiguration& reference = assembly.configuration;
     const Vec3 x = reference.r[mesh_node] - assembly.body_positions[tie.body], axis = reference.tangent[mesh_node];
-    TieTerm point{tie.body, {{node, 0}}, TieTerm::Holds::point, x, Mat3::Identity(), stiffness};
+    TieTerm point{.body = tie.body, .members = {{node, 0}}, .reference = x, .stiffness = stiffness};
     if (tie.kind == TieKind::average) {
       point.projector = axis * axis.transpose();
       const auto key = std::make_pair(tie.body, tie.end);
       auto found = std::find_if(averages.begin(), averages.end(), [&](const auto& a) { return a.first == key; });
       if (found == averages.end()) {
-        averages.push_back(
-            {key, {tie.body, {}, TieTerm::Holds::point, Vec3::Zero(), Mat3::Identity() - point.projector, stiffness}});
+        const Mat3 across = Mat3::Identity() - point.projector;
+        averages.push_back({key, {.body = tie.body, .members = {}, .projector = across, .stiffness = stiffness}});
         found = averages.end() - 1;
       }
       found->second.members.emplace_back(node, 0);
@@ -272,7 +280,11 @@ void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
     }
     terms.push_back(point);
     const auto hold = [&](TieTerm::Holds what, int vector, const Vec3& held) {
-      terms.push_back({tie.body, {{node, vector}}, what, held, Mat3::Identity(), stiffness * radius * radius});
+      terms.push_back({.body = tie.body,
+                       .members = {{node, vector}},
+                       .holds = what,
+                       .reference = held,
+                       .stiffness = stiffness * radius * radius});
     };
     if (field.model(tie.fiber) == FiberModel::enriched) {
       // So do sections narrow at the end as elsewhere: what holds them in their shape reaches a radius, not an element.
@@ -287,26 +299,32 @@ void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
     term.reference /= static_cast<double>(term.members.size());
     terms.push_back(std::move(term));
   }
-  if (!terms.empty()) {
-    auto effect = std::make_unique<Ties>(layout, bodies, std::move(terms));
-    ties = effect.get();
-    effects.push_back(std::move(effect));
-  }
-  if (!follow_terms_.empty()) {
-    auto effect = std::make_unique<Follow>(bodies, std::move(follow_terms_));
-    follow = effect.get();
-    effects.push_back(std::move(effect));
-  }
-  std::vector<LoadTerm> load_terms;
+  return terms;
+}
+
+std::vector<LoadTerm> StageModel::load_terms(const StageStart& from) const {
+  std::vector<LoadTerm> terms;
   for (Index i = 0; i < static_cast<Index>(drives.size()); ++i)
     if (drives[i].kind == DofDrive::Kind::force)
-      load_terms.push_back(
-          {i / 6, static_cast<BodyDof>(i % 6), from.body_forces[i], drives[i].value, drives[i].amplitude});
-  if (!load_terms.empty()) {
-    auto effect = std::make_unique<BodyLoads>(bodies, std::move(load_terms));
-    loads = effect.get();
+      terms.push_back({.body = i / n_body_dofs,
+                       .dof = static_cast<BodyDof>(i % n_body_dofs),
+                       .start = from.body_forces[i],
+                       .end = drives[i].value,
+                       .amplitude = drives[i].amplitude});
+  return terms;
+}
+
+/// What acts on bodies, as far as there is any of it.
+void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
+  if (bodies.n_bodies() == 0) return;
+  const auto add = [&](auto& known_as, auto effect) {
+    known_as = effect.get();
     effects.push_back(std::move(effect));
-  }
+  };
+  if (auto terms = tie_terms(assembly); !terms.empty())
+    add(ties, std::make_unique<Ties>(layout, bodies, std::move(terms)));
+  if (!follow_terms_.empty()) add(follow, std::make_unique<Follow>(bodies, std::move(follow_terms_)));
+  if (auto terms = load_terms(from); !terms.empty()) add(loads, std::make_unique<BodyLoads>(bodies, std::move(terms)));
 }
 
 double StageModel::next_turn(double time) const {
@@ -326,8 +344,8 @@ PrescribedMotion StageModel::motion(const State& state, double from, double to) 
     const DofDrive& drive = drives[i];
     if (drive.kind == DofDrive::Kind::force || drive.kind == DofDrive::Kind::follow) continue;
     m.fixed[i] = 1;
-    const Index body = i / 6;
-    const int axis = i % 6;
+    const Index body = i / n_body_dofs;
+    const int axis = i % n_body_dofs;
     // Positions aim at their place at the end of the step, so that errors do not add up; rotations advance by their
     // share.
     if (axis < 3)
@@ -378,8 +396,8 @@ std::vector<double> StageModel::loads_at_start(const StageStart& from) const {
     const Vec3 force = loads[bodies.dof(term.follower, static_cast<BodyDof>(term.axis))] * Vec3::Unit(term.axis);
     const Vec3 moment = (term.follower_start - term.leader_start.position).cross(force);
     for (int d = 0; d < 3; ++d) {
-      loads[6 * term.leader + d] += force[d];
-      loads[6 * term.leader + 3 + d] += moment[d];
+      loads[n_body_dofs * term.leader + d] += force[d];
+      loads[n_body_dofs * term.leader + 3 + d] += moment[d];
     }
   }
   for (std::size_t i = 0; i < drives.size(); ++i)
@@ -399,7 +417,7 @@ double StageModel::max_penetration_over_radius() const {
 }
 
 std::string StageModel::describe_dof(Index dof) const {
-  if (dof < 6 * bodies.n_bodies()) return "body " + assembly_.body_names[dof / 6];
+  if (dof < n_body_dofs * bodies.n_bodies()) return "body " + assembly_.body_names[dof / n_body_dofs];
   for (Index f = 0; f < assembly_.mesh.n_fibers(); ++f) {
     const Index first = layout.first_dof(field.element_node(f, 0)), last = layout.first_dof(field.last_node(f) + 1);
     if (dof < first || dof >= last) continue;

@@ -5,9 +5,9 @@
 #include <memory>
 #include <vector>
 
+#include "micro/model/stage_start.h"
 #include "micro/solve/load_path.h"
 #include "micro/solve/proximal.h"
-#include "micro/stage_start.h"
 #include "micro/weave/crossing_order.h"
 
 namespace trame::micro {
@@ -80,6 +80,8 @@ struct StageModel {
   void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_surfaces(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_bodies(const Assembly& assembly, const StageStart& from);
+  [[nodiscard]] std::vector<TieTerm> tie_terms(const Assembly& assembly) const;
+  [[nodiscard]] std::vector<LoadTerm> load_terms(const StageStart& from) const;
   [[nodiscard]] Vec3 period_force(const State& state, Index body) const;
 
   const Assembly& assembly_;

@@ -1,4 +1,4 @@
-#include "micro/stage_start.h"
+#include "micro/model/stage_start.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "micro/core/name_table.h"
-#include "micro/model.h"
+#include "micro/model/model.h"
 
 namespace trame::micro {
 
@@ -22,7 +22,7 @@ StageStart start_of(const Assembly& assembly) {
   StageStart start;
   start.configuration = assembly.configuration;
   for (const Vec3& p : assembly.body_positions) start.poses.push_back({p, Mat3::Identity()});
-  start.body_forces.assign(6 * start.poses.size(), 0.0);
+  start.body_forces.assign(n_body_dofs * start.poses.size(), 0.0);
   return start;
 }
 
@@ -92,9 +92,7 @@ StageStart after_stage(const Stage& stage, const StageModel& model, const State&
   if (model.crossing_order) {
     const auto more = model.crossing_order->history();
     history.insert(history.end(), more.begin(), more.end());
-    std::sort(history.begin(), history.end(), [](const ContactHistory& a, const ContactHistory& b) {
-      return std::tie(a.fiber_a, a.fiber_b, a.image, a.s_a) < std::tie(b.fiber_a, b.fiber_b, b.image, b.s_a);
-    });
+    std::ranges::sort(history, {}, &ContactHistory::place);
   }
   start.just_separated = stage.separate_yarns;
   return start;

@@ -1,8 +1,8 @@
-#include "micro/model_size.h"
+#include "micro/model/model_size.h"
 
 #include <algorithm>
 
-#include "micro/model.h"
+#include "micro/model/model.h"
 
 namespace trame::micro {
 
