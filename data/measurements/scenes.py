@@ -5,7 +5,8 @@
 
 Each runs in one thread and without pictures. CPU time is user time of the whole workflow, memory its peak, imbalance
 that of the energy over the external work. Forces are the last ones: of a weave those of the sides of warp and weft,
-else of the body and dof with the largest product of force and way in the last stage. Exit code 1 if a run does not reach its end.
+else of the body and dof with the largest product of force and way in the last stage. Exit code 1 if a run does not
+reach its end.
 """
 
 import argparse

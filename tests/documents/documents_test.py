@@ -65,8 +65,8 @@ class Document:
         return self.text.count("\n", 0, match.start()) + 1
 
     def headings(self):
-        titles = [line.lstrip("#").strip() for line, f in zip(self.lines, self.fenced) if line.startswith("#") and not f]
-        return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+        titles = [line.lstrip("#").strip().lower() for line in self.text.split("\n") if line.startswith("#")]
+        return {re.sub(r"[^\w\- ]", "", title).replace(" ", "-") for title in titles}
 
 
 def check_links(document):
