@@ -80,6 +80,15 @@ std::vector<Index> choose_yarns(const std::vector<micro::Yarn>& yarns, const std
   return result;
 }
 
+std::vector<StatePair> pairs_of_run(const FiberStates& states) {
+  const Index last = states.n_increments() - 1;
+  const std::string stage = states.read(last).stage;
+  Index middle = last;
+  while (middle > 0 && states.read(middle).stage == stage) --middle;
+  if (middle == 0) return {{0, last}};
+  return {{0, middle}, {middle, last}};
+}
+
 YarnComparer::YarnComparer(const FiberStates& states, ComparisonSettings settings)
     : states_(states), settings_(std::move(settings)) {
   check(settings_);
@@ -205,8 +214,6 @@ YarnComparison YarnComparer::compare_yarn(std::size_t y, const FiberConfiguratio
   const micro::Yarn& yarn = fibers.yarns[yarns_[y]];
   const YarnSections in_reference(fibers, yarn, reference), in_a(fibers, yarn, a), in_b(fibers, yarn, b);
   YarnComparison result{.yarn = yarns_[y],
-                        .crimp_a = crimp(in_a),
-                        .crimp_b = crimp(in_b),
                         .sections = section_pairs(fibers, yarn, a, b, settings_.n_stations),
                         .means = {},
                         .meshes = {},

@@ -25,6 +25,10 @@ struct StatePair {
   Index from = 0, to = 0;
 };
 
+/// The pairs that tell the story of a run: from the reference to where its last stage begins, and from there to the
+/// end. One pair where there is but one stage.
+[[nodiscard]] std::vector<StatePair> pairs_of_run(const FiberStates& states);
+
 /// Everything that can be chosen, with what all programs use.
 struct ComparisonSettings {
   std::vector<std::string> yarns = {};                  ///< names with * and ? as wildcards; empty: all yarns
@@ -63,7 +67,6 @@ struct YarnOnMesh {
 
 struct YarnComparison {
   Index yarn = 0;
-  double crimp_a = 0, crimp_b = 0;
   std::vector<SectionPair> sections;  ///< the stations, then the places
   SectionMeans means;
   std::vector<YarnOnMesh> meshes;  ///< as in the settings

@@ -44,7 +44,7 @@ nlohmann::json yarns_json(const micro::FiberMesh& mesh, const std::vector<meso::
 /// Strains of all yarns from the flat start to every saved state, and everything between the report's pairs.
 nlohmann::json analyse_yarns(YarnResults& results, const OutputDirectory& out, Terminal& terminal) {
   const Index n_states = results.states.n_increments();
-  const std::vector<meso::StatePair> pairs = pairs_of_run(results.states);
+  const std::vector<meso::StatePair> pairs = meso::pairs_of_run(results.states);
   std::vector<meso::YarnStrain> last;
   meso::StrainSeries series{.vtk_folders = {out.vtk()}};
   for (const meso::StatePair& pair : pairs)

@@ -58,8 +58,4 @@ SectionMeans section_means(const std::vector<SectionPair>& pairs) {
   return sum;
 }
 
-double crimp(const YarnSections& sections) {
-  return sections.length() / (sections.mean_position(1) - sections.mean_position(0)).norm() - 1;
-}
-
 }  // namespace trame::meso

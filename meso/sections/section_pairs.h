@@ -44,7 +44,4 @@ struct SectionMeans {
 /// Places are left out: they are not spread evenly.
 [[nodiscard]] SectionMeans section_means(const std::vector<SectionPair>& pairs);
 
-/// Length of a yarn's mean curve over the distance of its ends, less 1.
-[[nodiscard]] double crimp(const YarnSections& sections);
-
 }  // namespace trame::meso

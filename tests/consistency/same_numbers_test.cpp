@@ -345,8 +345,10 @@ TEST_F(SameNumbers, OfQuantitiesInTheStudyTablesAndSummary) {
   const nlohmann::json summary = nlohmann::json::parse(read_text(*folder_ / "run/summary.json"));
   EXPECT_EQ(quantities.at("stored_energy_J"), summary["energy"]["stored"].get<double>());
   EXPECT_EQ(quantities.at("friction_energy_J"), summary["energy"]["friction"].get<double>());
+  EXPECT_EQ(quantities.at("thickness_m"), summary["fabric"]["thickness_m"].get<double>());
   const std::vector<Row> curves = read_csv(*folder_ / "run/curves.csv"), sections = table("load", "sections.csv");
   for (const std::string family : {"warp", "weft"}) {
+    EXPECT_EQ(quantities.at(family + "_crimp"), summary["fabric"][family]["crimp"].get<double>());
     EXPECT_NEAR(quantities.at(family + "_force_at_2%_N"), number(curves.back(), (family + "_force_N").c_str()), 1e-9);
     double side = 0, centre = 0;
     for (const char* yarn : {"/1", "/2"}) {

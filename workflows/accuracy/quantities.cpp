@@ -1,17 +1,15 @@
-/// Quantities of interest of a finished run: forces of a weave's sides or what the driven bodies did, shapes and
-/// strains of the yarns, energies.
+/// Quantities of interest of a finished run: forces of a weave's sides or what the driven bodies did, facts of the
+/// fabric, strains of the yarns' fibers, energies.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "meso/comparison.h"
-#include "micro/core/error.h"
 #include "micro/core/wildcard.h"
 #include "micro/states/snapshot.h"
 #include "workflows/accuracy/quantity.h"
@@ -91,21 +89,17 @@ void add_bodies(const Scene& scene, const SnapshotHeader& header, const Incremen
     }
 }
 
-double thickness(const FiberMesh& mesh, const FiberConfiguration& fibers) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (Index f = 0; f < mesh.n_fibers(); ++f)
-    for (Index n = mesh.first_node[f]; n < mesh.first_node[f + 1]; ++n) {
-      low = std::min(low, fibers.r[n].z() - mesh.radius[f]);
-      high = std::max(high, fibers.r[n].z() + mesh.radius[f]);
-    }
-  return high - low;
+/// Facts of the fabric at the end, the same numbers as in summary.json.
+void add_fabric(const meso::FabricFacts& fabric, std::vector<Quantity>& quantities) {
+  quantities.push_back({"thickness_m", fabric.thickness, "thickness", false});
+  quantities.push_back({"warp_crimp", fabric.warp.crimp.mean, "crimp", false});
+  quantities.push_back({"weft_crimp", fabric.weft.crimp.mean, "crimp", false});
 }
 
-/// Axial strains of the fibers of a family since `a`, at nine stations of each yarn.
-/// Sums over the yarns of a family, at their stations.
+/// Axial strains of single fibers, not of the yarns' meshes: sums over the yarns of a family, at their stations.
 struct FamilyStrains {
-  double sum = 0, largest = -std::numeric_limits<double>::infinity(), side = 0, centre = 0, crimp = 0;
-  Index n = 0, n_yarns = 0;
+  double sum = 0, largest = -std::numeric_limits<double>::infinity(), side = 0, centre = 0;
+  Index n = 0;
 };
 
 void add_yarn(const meso::YarnComparison& yarn, FamilyStrains& strains) {
@@ -118,8 +112,6 @@ void add_yarn(const meso::YarnComparison& yarn, FamilyStrains& strains) {
       ++strains.n;
     }
   }
-  strains.crimp += yarn.crimp_b;
-  ++strains.n_yarns;
   if (!std::isfinite(yarn.means.axial_side) || !std::isfinite(yarn.means.axial_centre)) return;
   strains.side += yarn.means.axial_side;
   strains.centre += yarn.means.axial_centre;
@@ -132,20 +124,11 @@ void add_yarns(const FiberMesh& mesh, const meso::Comparison& comparison, std::v
       if (mesh.yarns[yarn.yarn].family == family) add_yarn(yarn, strains);
     if (strains.n == 0) continue;
     const std::string name = family_names[static_cast<std::size_t>(family)];
-    if (family != YarnFamily::free)
-      quantities.push_back({name + "_crimp", strains.crimp / strains.n_yarns, "crimp", false});
-    quantities.push_back({name + "_mean_axial_strain", strains.sum / strains.n, "mean axial strain", false});
-    quantities.push_back({name + "_largest_axial_strain", strains.largest, "largest axial strain", false});
+    quantities.push_back({name + "_mean_fiber_strain", strains.sum / strains.n, "mean fiber strain", false});
+    quantities.push_back({name + "_largest_fiber_strain", strains.largest, "largest fiber strain", false});
     if (family != YarnFamily::free && strains.centre != 0)
       quantities.push_back({name + "_side_to_centre", strains.side / strains.centre, "side to centre", false});
   }
-}
-
-/// Where the last stage began: the last saved increment of the stage before.
-Index start_of_last_stage(const meso::FiberStates& states, const Increment& last) {
-  for (Index i = states.n_increments() - 1; i-- > 0;)
-    if (states.read(i).stage != last.stage) return i;
-  return 0;
 }
 
 }  // namespace
@@ -158,10 +141,10 @@ std::vector<Quantity> read_quantities(const Scene& scene, const std::filesystem:
     add_side_forces(side_rows(read_curves(folder / "curves.csv")), quantities);
   else
     add_bodies(scene, states.header(), start, last, quantities);
-  const FiberMesh& mesh = states.header().mesh;
-  if (scene.weave) quantities.push_back({"thickness_m", thickness(mesh, last.fibers), "thickness", false});
   const meso::YarnComparer comparer(states, {.bands_of = std::vector<Index>(), .n_threads = 1});
-  add_yarns(mesh, comparer.compare({start_of_last_stage(states, last), states.n_increments() - 1}), quantities);
+  const meso::Comparison comparison = comparer.compare(meso::pairs_of_run(states).back());
+  if (comparison.fabric) add_fabric(*comparison.fabric, quantities);
+  add_yarns(states.header().mesh, comparison, quantities);
   const EnergyRecord& energy = last.solver.energy;
   quantities.push_back({"stored_energy_J", energy.stored, "stored energy", false});
   quantities.push_back({"friction_energy_J", energy.friction, "friction energy", false});

@@ -143,13 +143,4 @@ std::string write_report(const ReportInput& input) {
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }
 
-std::vector<meso::StatePair> pairs_of_run(const meso::FiberStates& states) {
-  const Index last = states.n_increments() - 1;
-  const std::string stage = states.read(last).stage;
-  Index middle = last;
-  while (middle > 0 && states.read(middle).stage == stage) --middle;
-  if (middle == 0) return {{0, last}};
-  return {{0, middle}, {middle, last}};
-}
-
 }  // namespace trame::workflows

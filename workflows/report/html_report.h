@@ -28,8 +28,4 @@ struct ReportInput {
 /// nothing is left behind.
 std::string write_report(const ReportInput& input);
 
-/// The pairs that tell the story of a run: from the reference to where its last stage begins, and from there to the
-/// end. One pair where there is but one stage.
-[[nodiscard]] std::vector<meso::StatePair> pairs_of_run(const meso::FiberStates& states);
-
 }  // namespace trame::workflows
