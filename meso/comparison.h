@@ -34,9 +34,9 @@ struct ComparisonSettings {
   std::vector<std::string> yarns = {};                  ///< names with * and ? as wildcards; empty: all yarns
   std::vector<MeshKind> meshes = {MeshKind::delaunay};  ///< whose strains are wanted; the first speaks for the yarn
   MeshLimits limits = {};                               ///< of meshes of both kinds
-  Index n_stations = 12;                                ///< sections in the middles of pieces of equal length in A; > 0
-  std::size_t most_places = 7;     ///< sections where a yarn passes others and half-way between, the middle ones
-  double pixels_per_distance = 4;  ///< of the cuts that bands are looked for on; ≥ 1
+  Index n_stations = default_stations;                  ///< sections in the middles of pieces of equal length in A; > 0
+  std::size_t most_places = 7;  ///< sections where a yarn passes others and half-way between, the middle ones
+  double pixels_per_distance = default_pixels_per_distance;  ///< of the cuts that bands are looked for on; ≥ 1
   /// Yarns whose bands and directions are wanted, which take most of the time; nothing: all of them.
   std::optional<std::vector<Index>> bands_of = std::nullopt;
   ShearBandOptions bands = {};

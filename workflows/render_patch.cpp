@@ -29,7 +29,7 @@ using trame::micro::SnapshotReader;
 struct Arguments {
   fs::path states, out;
   std::string increment = "last", view = "perspective", at = "x=0um";
-  int width = 1600;
+  int width = PictureOptions{}.width;
   /// View, increment, width and file of each.
   std::vector<std::tuple<std::string, std::string, int, fs::path>> pictures;
 };

@@ -38,7 +38,7 @@ struct SectionBands {
                                                      const std::vector<Vec3>& r_a,
                                                      const std::vector<SectionPair>& sections,
                                                      const ShearBandOptions& options = {},
-                                                     double pixels_per_distance = 4);
+                                                     double pixels_per_distance = default_pixels_per_distance);
 
 /// In which directions strains hang together: one array for each of `band_components`; NaN where there is nothing.
 using Orientation = std::array<std::array<double, DirectionalCorrelation::n_directions>, band_components.size()>;

@@ -28,6 +28,9 @@ struct CutPlane {
 /// is straight.
 [[nodiscard]] CutPlane longitudinal_plane(const Section& section);
 
+/// Pixels to a fiber distance where no one asks for another number.
+inline constexpr double default_pixels_per_distance = 4;
+
 /// A raster of square pixels in the plane.
 struct YarnCut {
   CutPlane plane;
@@ -48,7 +51,7 @@ struct YarnCut {
 /// make the picture as wide as they are. A plane that meets the yarn twice shows both places. Throws InputError for
 /// pixels_per_distance < 1.
 [[nodiscard]] YarnCut cut_yarn(const YarnMesh& mesh, const std::vector<Vec3>& positions, const CutPlane& plane,
-                               double pixels_per_distance = 4);
+                               double pixels_per_distance = default_pixels_per_distance);
 
 /// Values of the tetrahedra on a cut, constant in each, without any smoothing; NaN outside and where they are NaN.
 [[nodiscard]] Picture sample(const YarnCut& cut, const std::vector<double>& values);

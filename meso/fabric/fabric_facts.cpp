@@ -122,14 +122,13 @@ struct YarnsOfSystem {
 
 void add_yarn(const FiberMesh& mesh, const Yarn& yarn, const FiberConfiguration& fibers,
               const std::vector<double>& density, const Span& span, YarnsOfSystem& sum) {
-  constexpr int n_stations = 12;
   const YarnSections sections(mesh, yarn, fibers);
   const double length = sections.at_fraction(span.to).arc_length - sections.at_fraction(span.from).arc_length;
   const double straight = (sections.mean_position(span.to) - sections.mean_position(span.from)).head<2>().norm();
   sum.crimp.push_back(length / straight - 1);
   sum.take_up.push_back(1 - straight / length);
-  for (int k = 0; k < n_stations; ++k) {
-    const Section section = sections.at_fraction(span.from + (k + 0.5) / n_stations * (span.to - span.from));
+  for (Index k = 0; k < default_stations; ++k) {
+    const Section section = sections.at_fraction(span.from + (k + 0.5) / default_stations * (span.to - span.from));
     if (section.status != SectionStatus::ok) continue;
     sum.width.push_back(section.shape.width);
     sum.height.push_back(section.shape.height);

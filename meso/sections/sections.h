@@ -46,6 +46,9 @@ struct Section {
                           ///< where radii are unknown
 };
 
+/// Sections to a yarn where no one asks for another number.
+inline constexpr Index default_stations = 12;
+
 /// Cuts one yarn in one state, about the mean of its fibers at equal fractions of their lengths. All arguments of the
 /// constructor must outlive the object.
 class YarnSections {

@@ -31,7 +31,7 @@ struct StudyCommand {
   std::string scene;
   fs::path out;
   bool overwrite = false;
-  int n_threads = 1, n_repeats = 3;
+  int n_threads = StudyOptions{}.n_threads, n_repeats = StudyOptions{}.n_repeats;
   std::vector<std::string> knobs, values, grid, reference;
 };
 
@@ -56,10 +56,12 @@ std::optional<StudyCommand> parse(int argc, char** argv) {
   app.add_option("--grid", command.grid, "knob=a,b,c: try all combinations of these, besides");
   app.add_option("--reference", command.reference,
                  "knob=value: what the reference has, instead of the knob's finest value");
-  app.add_option("--repeat", command.n_repeats, "Runs of each case, for medians of times [3]")
+  app.add_option("--repeat", command.n_repeats,
+                 fmt::format("Runs of each case, for medians of times [{}]", command.n_repeats))
       ->check(CLI::Range(1, 100));
-  app.add_option("--threads", command.n_threads,
-                 "Threads of each run [1: threads that wait for each other count as CPU time]")
+  app.add_option(
+         "--threads", command.n_threads,
+         fmt::format("Threads of each run [{}: threads that wait for each other count as CPU time]", command.n_threads))
       ->check(CLI::Range(1, 1024));
   app.add_option("--out", command.out, "Folder for the results [results/<scene>_accuracy]");
   app.add_flag("--overwrite", command.overwrite, "Replace the files of an earlier study in that folder");
@@ -137,14 +139,14 @@ int measure(const StudyCommand& command, Terminal& terminal) {
   const fs::path folder = command.out.empty() ? fs::path("results") / (scene.name + "_accuracy") : command.out;
   const std::unique_ptr<FolderLock> lock = prepare(folder, command.overwrite);
   const std::atomic<bool>& stop = stop_on_signals();
-  StudyOptions options{fs::absolute(file),
-                       program_folder() / "simulate_fibers",
-                       fs::absolute(folder),
-                       command.n_threads,
-                       command.n_repeats,
-                       [&] { return stop.load(); },
-                       [&](const std::string& text) { terminal.line(text); },
-                       read_quantities};
+  const StudyOptions options{.scene_file = fs::absolute(file),
+                             .program = program_folder() / "simulate_fibers",
+                             .folder = fs::absolute(folder),
+                             .n_threads = command.n_threads,
+                             .n_repeats = command.n_repeats,
+                             .stop = [&] { return stop.load(); },
+                             .tell = [&](const std::string& text) { terminal.line(text); },
+                             .read = read_quantities};
   Study study = run_study(scene, cases, closed_form, options);
   compare(study);
   const Profile profile = profile_of(study, scene, command_text(command));

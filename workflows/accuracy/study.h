@@ -50,8 +50,8 @@ struct Study {
 
 struct StudyOptions {
   std::filesystem::path scene_file, program, folder;  ///< program: simulate_fibers; folder: for the runs' files
-  int n_threads = 0, n_repeats = 3;
-  std::function<bool()> stop;  ///< asked before each run
+  int n_threads = 1, n_repeats = 3;                   ///< of each run; of each case
+  std::function<bool()> stop;                         ///< asked before each run
   std::function<void(const std::string&)> tell;
   std::function<std::vector<Quantity>(const micro::Scene&, const std::filesystem::path&)> read;
 };
