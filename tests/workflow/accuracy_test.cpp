@@ -44,7 +44,6 @@ TEST(AccuracyKnobs, ChangeWhatTheyName) {
                                                                 {"contact_spacing", "0.25"},
                                                                 {"target_penetration", "0.01"},
                                                                 {"force_tolerance", "1e-6"},
-                                                                {"geometry_tolerance", "1e-3"},
                                                                 {"factor_precision", "single"},
                                                                 {"friction", "off"}});
   EXPECT_EQ(scene.weave->warp.n_elements, 7);  // 13 / 2, rounded
@@ -52,7 +51,6 @@ TEST(AccuracyKnobs, ChangeWhatTheyName) {
   EXPECT_EQ(scene.contact.spacing, 0.25);
   EXPECT_EQ(scene.contact.target_penetration, 0.01);
   EXPECT_EQ(scene.solver.force_tolerance, 1e-6);
-  EXPECT_EQ(scene.solver.geometry_tolerance, 1e-3);
   EXPECT_EQ(scene.solver.factor_precision, FactorPrecision::single_precision);
   EXPECT_FALSE(scene.contact.friction);
   EXPECT_NE(scene.text.find("# Run with these changes: elements=0.5 increments=2"), std::string::npos);
@@ -425,8 +423,9 @@ TEST(Warnings, AreAllInOneList) {
             std::vector<std::string>{"only 3 of 4 crossings agree with the weave"});
   EXPECT_EQ(warnings_of([](SimulationSummary& s) { s.max_penetration_over_radius = 0.45; }),
             std::vector<std::string>{"fibers lie up to 0.45 of a radius inside each other at the end"});
-  EXPECT_EQ(warnings_of([](SimulationSummary& s) { s.deepest_penetration_over_radius = 0.45; }),
-            std::vector<std::string>{"fibers lay up to 0.45 of a radius inside each other, or in surfaces, on the way"});
+  EXPECT_EQ(
+      warnings_of([](SimulationSummary& s) { s.deepest_penetration_over_radius = 0.45; }),
+      std::vector<std::string>{"fibers lay up to 0.45 of a radius inside each other, or in surfaces, on the way"});
   EXPECT_EQ(warnings_of([](SimulationSummary&) {}, {0.01, 0.45, 0.01, {}}),
             std::vector<std::string>{"forces and energies of the last stage may be off by 47 % (steps of the load path "
                                      "1 %, penetration of contacts 45 %, bending within elements 1 %)"});

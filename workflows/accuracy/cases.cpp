@@ -86,7 +86,7 @@ std::string text(CasePart part) {
 }
 
 bool same_value(const std::string& a, const std::string& b) {
-  return a == b || fineness({"", a}) == fineness({"", b});  // NaN for words equals nothing
+  return a == b || number_of(a) == number_of(b);  // NaN for words equals nothing
 }
 
 Settings canonical(const micro::Scene& scene, const Settings& settings) {

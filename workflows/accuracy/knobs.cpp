@@ -20,23 +20,25 @@ namespace {
   throw InputError(fmt::format("setting {}={}: must be {}", knob, value, allowed));
 }
 
-double number(const std::string& text) {
-  double x = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), x);
-  return error == std::errc() && end == text.data() + text.size() ? x : std::numeric_limits<double>::quiet_NaN();
-}
-
 /// A knob that is a number above 0 and up to `most`.
 Knob number_knob(const std::string& name, const std::string& meaning, double most, std::vector<std::string> values,
                  const std::string& theory, const std::function<void(Scene&, double)>& set,
                  const std::function<std::string(const Scene&)>& current) {
   const std::string allowed = fmt::format("a number above 0, up to {:g}", most);
   const auto apply = [=](Scene& scene, const std::string& value) {
-    const double x = number(value);
+    const double x = number_of(value);
     if (!(x > 0 && x <= most)) refuse(name, value, allowed);
     set(scene, x);
   };
-  return {name, meaning, allowed, std::move(values), true, theory, apply, current};
+  return {name, meaning, allowed, std::move(values), true, false, theory, apply, current};
+}
+
+/// A knob that multiplies numbers of the scene.
+Knob multiple_knob(const std::string& name, const std::string& meaning, std::vector<std::string> values,
+                   const std::string& theory, const std::function<void(Scene&, double)>& multiply) {
+  Knob knob = number_knob(name, meaning, 100, std::move(values), theory, multiply, [](const Scene&) { return "1"; });
+  knob.larger_is_finer = true;
+  return knob;
 }
 
 /// A knob that is one of a few words, and how each changes a scene.
@@ -51,7 +53,7 @@ Knob word_knob(const std::string& name, const std::string& meaning,
     if (word == words.end()) refuse(name, value, allowed);
     word->second(scene);
   };
-  return {name, meaning, allowed, values, false, "", apply, current};
+  return {name, meaning, allowed, values, false, false, "", apply, current};
 }
 
 Knob switch_knob(const std::string& name, const std::string& meaning, const std::function<bool&(Scene&)>& field,
@@ -113,16 +115,13 @@ bool always(const Scene&) { return true; }
 std::vector<Knob> numerical_knobs() {
   const auto adapts = [](const Scene& s) { return has_contact(s) && s.contact.adapt_penalty; };
   return {
-      number_knob("elements", "elements of every fiber, as a multiple of the scene's", 100,
-                  {"0.5", "0.75", "1", "1.5", "2"}, "4 in smooth bending, less at contacts", scale_elements,
-                  shown([](const Scene&) { return 1; }, always)),
-      number_knob(
-          "increments", "increments of every stage, as a multiple of the scene's", 100, {"0.25", "0.5", "1", "2", "4"},
-          "1 with friction or adapted penalties, else no dependence",
-          [](Scene& s, double x) {
-            for (Stage& stage : s.stages) stage.n_increments = scaled(stage.n_increments, x);
-          },
-          shown([](const Scene&) { return 1; }, always)),
+      multiple_knob("elements", "elements of every fiber, as a multiple of the scene's",
+                    {"0.5", "0.75", "1", "1.5", "2"}, "4 in smooth bending, less at contacts", scale_elements),
+      multiple_knob("increments", "increments of every stage, as a multiple of the scene's",
+                    {"0.25", "0.5", "1", "2", "4"}, "1 with friction or adapted penalties, else no dependence",
+                    [](Scene& s, double x) {
+                      for (Stage& stage : s.stages) stage.n_increments = scaled(stage.n_increments, x);
+                    }),
       number_knob(
           "contact_spacing", "distance of contact elements, in element lengths", 10, {"1", "0.5", "0.25"}, "2",
           [](Scene& s, double x) { s.contact.spacing = x; },
@@ -135,10 +134,6 @@ std::vector<Knob> numerical_knobs() {
           "force_tolerance", "residual at which Newton's method ends", 0.5, {"1e-3", "1e-4", "1e-5", "1e-6"},
           "1 or more", [](Scene& s, double x) { s.solver.force_tolerance = x; },
           shown([](const Scene& s) { return s.solver.force_tolerance; }, always)),
-      number_knob(
-          "geometry_tolerance", "residual once contact stands where the fibers are", 0.5,
-          {"3e-2", "1e-2", "3e-3", "1e-3"}, "1 or more", [](Scene& s, double x) { s.solver.geometry_tolerance = x; },
-          shown([](const Scene& s) { return s.solver.geometry_tolerance; }, has_contact)),
   };
 }
 
@@ -227,9 +222,15 @@ Setting parse_setting(const std::string& text) {
   return settings.front();
 }
 
+double number_of(const std::string& value) {
+  double x = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), x);
+  return error == std::errc() && end == value.data() + value.size() ? x : std::numeric_limits<double>::quiet_NaN();
+}
+
 double fineness(const Setting& setting) {
-  const double x = number(setting.value);
-  return setting.knob == "elements" || setting.knob == "increments" ? x : 1 / x;
+  const double x = number_of(setting.value);
+  return find_knob(setting.knob).larger_is_finer ? x : 1 / x;
 }
 
 Scene with_settings(Scene scene, const Settings& settings) {

@@ -28,6 +28,8 @@ struct Knob {
   std::vector<std::string> values;  ///< that a study tries, coarse to fine
   /// Whether it decides how well the equations are solved, and not which ones they are.
   bool is_numerical = true;
+  /// Whether a larger number is the finer one.
+  bool larger_is_finer = false;
   /// Exponent with which the error should fall as the knob is refined, and why; empty where theory gives none.
   std::string theory;
   /// Throws InputError for a value that is not allowed.
@@ -46,6 +48,8 @@ struct Knob {
 /// Reads knob=value,value,… into one setting each.
 [[nodiscard]] Settings parse_values(const std::string& text);
 
+/// A value as a number; NaN for words.
+[[nodiscard]] double number_of(const std::string& value);
 /// Fineness as a number that grows with accuracy, for knobs with numbers; NaN for words.
 [[nodiscard]] double fineness(const Setting& setting);
 
