@@ -23,13 +23,14 @@ CurvesLayout layout_of(const micro::SnapshotHeader& header, const micro::BodyRec
   if (const auto scene = scene_of(header); scene && !scene->stages.empty())
     return curves_layout(*scene, header.body_names);
   CurvesLayout layout{false, header.body_names, {}};
-  for (Index i = 0; i < 6 * static_cast<Index>(header.body_names.size()); ++i)
-    if ((i % 6 < 3 ? last.motion : last.turn)[i / 6][i % 3] != 0)
-      layout.dofs.push_back({i / 6, static_cast<micro::BodyDof>(i % 6), {}});
+  for (std::size_t b = 0; b < header.body_names.size(); ++b)
+    for (std::size_t d = 0; d < n_body_dofs; ++d)
+      if ((d < 3 ? last.motion : last.turn)[b][static_cast<Index>(d % 3)] != 0)
+        layout.dofs.push_back({static_cast<Index>(b), static_cast<micro::BodyDof>(d), {}});
   return layout;
 }
 
-/// Six numbers for each body.
+/// `n_body_dofs` numbers for each body.
 std::vector<double> interleaved(const std::vector<Vec3>& translations, const std::vector<Vec3>& rotations) {
   std::vector<double> numbers;
   for (std::size_t b = 0; b < translations.size(); ++b)
