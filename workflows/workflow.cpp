@@ -130,9 +130,9 @@ void write_curves(const OutputDirectory& out, const micro::Scene& scene, const m
                   Terminal& terminal) {
   const CurvesTable table = curves_table(scene, summary);
   if (table.columns.empty()) return;
-  write_whole_file(out.curves(), csv_text(table));
+  write_curves_csv(out.curves(), table);
   const std::vector<Curve> curves = curves_of(table, scene);
-  write_whole_file(out.branches(), branches_csv(curves));
+  write_branches_csv(out.branches(), curves);
   if (!plot_curves(out.root(), curves, scene.title))
     terminal.line("No picture of the curves: gnuplot is not installed, or failed on curves.gp.");
 }

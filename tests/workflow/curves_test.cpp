@@ -119,10 +119,17 @@ micro::SimulationSummary summary_of_pulled() {
   return summary;
 }
 
+std::string branches_csv(const std::vector<Curve>& curves) {
+  const TemporaryFolder folder;
+  write_branches_csv(folder / "branches.csv", curves);
+  return read_text(folder / "branches.csv");
+}
+
 TEST(CurvesCsv, HoldsWhatIsDrivenUnderNamesWithUnits) {
-  const std::string text = csv_text(curves_table(pulled(), summary_of_pulled()));
+  const TemporaryFolder folder;
+  write_curves_csv(folder / "curves.csv", curves_table(pulled(), summary_of_pulled()));
   EXPECT_EQ(
-      text,
+      read_text(folder / "curves.csv"),
       "stage,stage_time,\"a, \"\"b\"\".x_m\",\"a, \"\"b\"\".x_N\",\"a, \"\"b\"\".rz_rad\",\"a, \"\"b\"\".rz_Nm\"\n"
       "\"pull, then\",0,0,0,0,0\n"
       "\"pull, then\",0.5,1,3,4,5\n"
@@ -133,7 +140,7 @@ TEST(CurvesCsv, HoldsWhatIsDrivenUnderNamesWithUnits) {
 TEST(CurvesCsv, IsReadAsItWasWritten) {
   const TemporaryFolder folder;
   const CurvesTable table = curves_table(pulled(), summary_of_pulled());
-  write_text(folder / "curves.csv", csv_text(table));
+  write_curves_csv(folder / "curves.csv", table);
   const CurvesTable again = read_curves(folder / "curves.csv");
   EXPECT_EQ(again.columns, table.columns);
   ASSERT_EQ(again.rows.size(), table.rows.size());
@@ -185,11 +192,11 @@ TEST(SideCurves, AreForcesPerWidthAndTheHeldSidesGoOverTheStrainOfTheOthers) {
   EXPECT_DOUBLE_EQ(curves[1].points[2].motion, 0.02);
   EXPECT_DOUBLE_EQ(curves[1].points[2].reaction, 300);
   EXPECT_FALSE(curves[1].works);
-  EXPECT_NE(
-      branches_csv(curves).find("warp sides,load,loading,1,N/m,0,0.02,0,300,10000,20000,2.5,\n"
-                                "\"weft sides, over the warp strain\",load,loading,1,N/m,0,0.02,0,300,10000,20000,,\n"),
-      std::string::npos)
-      << branches_csv(curves);
+  const std::string csv = branches_csv(curves);
+  EXPECT_NE(csv.find("warp sides,load,loading,1,N/m,0,0.02,0,300,10000,20000,2.5,\n"
+                     "\"weft sides, over the warp strain\",load,loading,1,N/m,0,0.02,0,300,10000,20000,,\n"),
+            std::string::npos)
+      << csv;
 }
 
 TEST(PlateCurves, AreAPressureOverHowFarTheyHaveClosedIn) {
@@ -202,17 +209,16 @@ TEST(PlateCurves, AreAPressureOverHowFarTheyHaveClosedIn) {
   press.name = "compaction";
   press.drives = {{"plate/*", micro::BodyDof::z, micro::DriveMode::strain, -0.1, ""}};
   scene.stages = {press};
-  const CurvesTable table{
-      {"plate/upper.z_m", "plate/upper.z_N", "plate/lower.z_m", "plate/lower.z_N"},
-      {{"compaction", 0, {0, 0, 0, 0}}, {"compaction", 1, {-2e-6, -3e-3, 1e-6, 3e-3}}}};
+  const CurvesTable table{{"plate/upper.z_m", "plate/upper.z_N", "plate/lower.z_m", "plate/lower.z_N"},
+                          {{"compaction", 0, {0, 0, 0, 0}}, {"compaction", 1, {-2e-6, -3e-3, 1e-6, 3e-3}}}};
   const std::vector<Curve> curves = curves_of(table, scene);
   ASSERT_EQ(curves.size(), 3U);
   EXPECT_TRUE(curves[0].is_of_plates());
   EXPECT_DOUBLE_EQ(curves[0].points[1].motion, 3e-6);
   EXPECT_DOUBLE_EQ(curves[0].points[1].reaction, 3e-3 / 2e-6);
   EXPECT_NE(plot_commands({curves[0]}).find("set ylabel 'pressure (kPa)'"), std::string::npos);
-  EXPECT_NE(branches_csv(curves).find("plates,compaction,loading,m,Pa,0,3e-06,0,1500,"), std::string::npos)
-      << branches_csv(curves);
+  const std::string csv = branches_csv(curves);
+  EXPECT_NE(csv.find("plates,compaction,loading,m,Pa,0,3e-06,0,1500,"), std::string::npos) << csv;
 }
 
 TEST(CurvesPlot, DrawsUnloadingDashedAndBackToWhereItBegan) {

@@ -122,7 +122,7 @@ std::unique_ptr<FolderLock> prepare(const fs::path& folder, bool overwrite) {
 }
 
 void write_results(const Study& study, const Profile& profile, const std::string& command, const fs::path& folder) {
-  write_whole_file(folder / "runs.csv", study_csv(study));
+  write_study_csv(folder / "runs.csv", study);
   write_whole_file(folder / "study.md", study_markdown(study, profile, command));
   const std::string script = work_precision_script(study);
   if (script.empty()) return;

@@ -49,7 +49,7 @@ std::string csv_row(const CaseResult& r, const std::vector<std::string>& names) 
     row += fmt::format(",{},{}", q != nullptr ? number_field(q->value) : "",
                        r.errors.count(name) > 0 ? number_field(r.errors.at(name)) : "");
   }
-  return row + "," + csv_field(r.message) + "\n";
+  return row + "," + csv_field(r.message);
 }
 
 std::string percent(double x) { return std::isfinite(x) ? fmt::format("{:.2g} %", 100 * x) : "–"; }
@@ -138,15 +138,16 @@ std::string pareto_table(const Study& study) {
 
 }  // namespace
 
-std::string study_csv(const Study& study) {
+void write_study_csv(const std::filesystem::path& file, const Study& study) {
   const std::vector<std::string> names = quantity_names(study);
-  std::string csv = "settings,part,status,n_repeats,wall_s,wall_min_s,wall_max_s,cpu_s,peak_memory_bytes,same_effects";
-  for (const char* name : count_names) csv += fmt::format(",{}", name);
-  csv += ",error,trusted_error,a_posteriori_estimate";
-  for (const std::string& name : names) csv += fmt::format(",{},error of {}", csv_field(name), csv_field(name));
-  csv += ",message\n";
-  for (const CaseResult& r : study.results) csv += csv_row(r, names);
-  return csv;
+  std::string header =
+      "settings,part,status,n_repeats,wall_s,wall_min_s,wall_max_s,cpu_s,peak_memory_bytes,same_effects";
+  for (const char* name : count_names) header += fmt::format(",{}", name);
+  header += ",error,trusted_error,a_posteriori_estimate";
+  for (const std::string& name : names) header += fmt::format(",{},error of {}", csv_field(name), csv_field(name));
+  CsvFile out(file, header + ",message");
+  for (const CaseResult& r : study.results) out << csv_row(r, names) << '\n';
+  out.write();
 }
 
 std::vector<const CaseResult*> along_knob(const Study& study, const std::string& knob) {

@@ -2,6 +2,7 @@
 /// \file
 /// A study as tables: CSV for programs, Markdown for people.
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +12,8 @@
 namespace trame::workflows {
 
 /// A line for each case, failures among them: what ran, how it ended, what it took, then each quantity with its error.
-[[nodiscard]] std::string study_csv(const Study& study);
+/// Throws WriteError.
+void write_study_csv(const std::filesystem::path& file, const Study& study);
 
 /// Reference, orders, effects, recommendation.
 [[nodiscard]] std::string study_markdown(const Study& study, const Profile& profile, const std::string& command);

@@ -249,20 +249,20 @@ std::string text(Branch::Kind kind) {
   return "";
 }
 
-std::string branches_csv(const std::vector<Curve>& curves) {
-  std::string rows =
-      "curve,stage,branch,motion_unit,reaction_unit,start_motion,end_motion,start_reaction,end_reaction,"
-      "initial_stiffness,tangent_stiffness,work,loop_work\n";
+void write_branches_csv(const std::filesystem::path& file, const std::vector<Curve>& curves) {
+  CsvFile out(file,
+              "curve,stage,branch,motion_unit,reaction_unit,start_motion,end_motion,start_reaction,end_reaction,"
+              "initial_stiffness,tangent_stiffness,work,loop_work");
   for (const Curve& curve : curves)
     for (const Branch& b : branches_of(curve)) {
       const Point &start = curve.points[b.first], &end = curve.points[b.last];
-      rows += fmt::format("{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{},{}\n", csv_field(curve.name),
-                          csv_field(start.stage), text(b.kind), curve.motion_unit, curve.reaction_unit, start.motion,
-                          end.motion, start.reaction, end.reaction, b.initial_stiffness, b.tangent_stiffness,
-                          curve.works ? fmt::format("{:.9g}", b.work) : "",
-                          curve.works && b.loop ? fmt::format("{:.9g}", *b.loop) : "");
+      out << fmt::format("{},{},{},{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{},{}\n", csv_field(curve.name),
+                         csv_field(start.stage), text(b.kind), curve.motion_unit, curve.reaction_unit, start.motion,
+                         end.motion, start.reaction, end.reaction, b.initial_stiffness, b.tangent_stiffness,
+                         curve.works ? fmt::format("{:.9g}", b.work) : "",
+                         curve.works && b.loop ? fmt::format("{:.9g}", *b.loop) : "");
     }
-  return rows;
+  out.write();
 }
 
 }  // namespace trame::workflows

@@ -2,6 +2,7 @@
 /// \file
 /// What is read off curves: loading and unloading apart, stiffness, energy of a cycle.
 
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
@@ -56,7 +57,7 @@ struct Branch {
 
 [[nodiscard]] std::string text(Branch::Kind kind);
 
-/// branches.csv: a line for each branch of each curve.
-[[nodiscard]] std::string branches_csv(const std::vector<Curve>& curves);
+/// branches.csv: a line for each branch of each curve. Throws WriteError.
+void write_branches_csv(const std::filesystem::path& file, const std::vector<Curve>& curves);
 
 }  // namespace trame::workflows

@@ -24,9 +24,9 @@ struct Axes {
 /// because gnuplot does not read every CSV table right. Empty where nothing moves.
 [[nodiscard]] std::string plot_commands(const std::vector<Curve>& curves);
 
-/// Writes curves.gp to the folder, for anyone to adapt, and runs gnuplot on it for curves.svg: the curves of the plates,
-/// or of the sides; without any those of the dof that took most work and what shares its axes. False where gnuplot is missing or fails;
-/// nothing to draw needs no picture.
+/// Writes curves.gp to the folder, for anyone to adapt, and runs gnuplot on it for curves.svg: the curves of the
+/// plates, or of the sides; without any those of the dof that took most work and what shares its axes. False where
+/// gnuplot is missing or fails; nothing to draw needs no picture.
 [[nodiscard]] bool plot_curves(const std::filesystem::path& folder, const std::vector<Curve>& curves,
                                const std::string& title);
 

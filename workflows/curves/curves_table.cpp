@@ -75,16 +75,16 @@ CurvesLayout curves_layout(const micro::Scene& scene, const std::vector<std::str
   return {scene.weave.has_value(), body_names, micro::driven_dofs(scene, body_names)};
 }
 
-std::string csv_text(const CurvesTable& table) {
-  std::string text = "stage,stage_time";
-  for (const std::string& column : table.columns) text.append(",").append(csv_field(column));
-  text += "\n";
+void write_curves_csv(const std::filesystem::path& file, const CurvesTable& table) {
+  std::string header = "stage,stage_time";
+  for (const std::string& column : table.columns) header.append(",").append(csv_field(column));
+  CsvFile out(file, header);
   for (const CurvesTable::Row& row : table.rows) {
-    text += fmt::format("{},{:.6g}", csv_field(row.stage), row.stage_time);
-    for (const double value : row.values) text += fmt::format(",{:.9g}", value);
-    text += "\n";
+    out << fmt::format("{},{:.6g}", csv_field(row.stage), row.stage_time);
+    for (const double value : row.values) out << fmt::format(",{:.9g}", value);
+    out << '\n';
   }
-  return text;
+  out.write();
 }
 
 CurvesTable read_curves(const std::filesystem::path& file) {

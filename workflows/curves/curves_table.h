@@ -47,7 +47,8 @@ struct CurvesLayout {
 };
 [[nodiscard]] CurvesLayout curves_layout(const micro::Scene& scene, const std::vector<std::string>& body_names);
 
-[[nodiscard]] std::string csv_text(const CurvesTable& table);
+/// Throws WriteError.
+void write_curves_csv(const std::filesystem::path& file, const CurvesTable& table);
 /// Throws InputError for a file that is missing or not such a table.
 [[nodiscard]] CurvesTable read_curves(const std::filesystem::path& file);
 
