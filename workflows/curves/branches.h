@@ -2,6 +2,8 @@
 /// \file
 /// What is read off curves: loading and unloading apart, stiffness, energy of a cycle.
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -11,6 +13,11 @@
 #include "workflows/curves/curves_table.h"
 
 namespace trame::workflows {
+
+/// Curves of a kind go onto one pair of axes. In the order in which they are shown.
+enum class CurveKind : std::uint8_t { plates, sides, translation, rotation };
+inline constexpr std::array curve_kinds = {CurveKind::plates, CurveKind::sides, CurveKind::translation,
+                                           CurveKind::rotation};
 
 /// A reaction over a motion, through all stages of a run.
 struct Curve {
@@ -30,6 +37,12 @@ struct Curve {
   [[nodiscard]] bool is_of_plates() const { return reaction_unit == "Pa"; }
   [[nodiscard]] bool is_of_fabric() const { return is_of_sides() || is_of_plates(); }
   [[nodiscard]] bool turns() const { return motion_unit == "rad"; }
+  [[nodiscard]] CurveKind kind() const {
+    return is_of_plates()  ? CurveKind::plates
+           : is_of_sides() ? CurveKind::sides
+           : turns()       ? CurveKind::rotation
+                           : CurveKind::translation;
+  }
 };
 
 /// All curves of a table that some stage drives. Those of sides are strains and, where the scene is known, forces per

@@ -43,13 +43,11 @@ Axes axes_of(const Curve& curve) {
   return {"motion of the body (µm)", "force along the axis (mN)", 1e-6, 1e-3};
 }
 
-std::vector<Curve> curves_on(const Axes& axes, const std::vector<Curve>& curves, std::size_t most) {
+std::vector<Curve> curves_to_draw(CurveKind kind, const std::vector<Curve>& curves, std::size_t most) {
   std::vector<std::pair<double, const Curve*>> found;
   for (const Curve& curve : curves)
-    if (axes_of(curve).motion == axes.motion && !branches_of(curve).empty())
-      found.emplace_back(largest_work(curve), &curve);
-  const bool are_sides = !found.empty() && found.front().second->is_of_sides();  // warp, then weft
-  if (!are_sides)
+    if (curve.kind() == kind && !branches_of(curve).empty()) found.emplace_back(largest_work(curve), &curve);
+  if (kind != CurveKind::sides)  // warp, then weft
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Curve> chosen;
   for (std::size_t i = 0; i < std::min(found.size(), most); ++i) chosen.push_back(*found[i].second);
@@ -84,7 +82,7 @@ bool plot_curves(const std::filesystem::path& folder, const std::vector<Curve>& 
   const auto most = std::max_element(curves.begin(), curves.end(),
                                      [](const Curve& a, const Curve& b) { return largest_work(a) < largest_work(b); });
   const Curve& leads = first->is_of_fabric() ? *first : *most;
-  const std::string commands = plot_commands(curves_on(axes_of(leads), curves));
+  const std::string commands = plot_commands(curves_to_draw(leads.kind(), curves));
   if (commands.empty()) return true;
   micro::write_whole_file(
       folder / "curves.gp",

@@ -10,15 +10,15 @@
 
 namespace trame::workflows {
 
-/// Curves that go onto one pair of axes: of sides, of plates, of translations, of rotations.
+/// What curves of a kind are drawn on.
 struct Axes {
   std::string motion, reaction;  ///< labels with units
   double per_motion = 1, per_reaction = 1;
 };
 [[nodiscard]] Axes axes_of(const Curve& curve);
 
-/// Curves with these axes, those that took most work first, but warp before weft; at most `most`.
-[[nodiscard]] std::vector<Curve> curves_on(const Axes& axes, const std::vector<Curve>& curves, std::size_t most = 8);
+/// Curves of this kind that move, those that took most work first, but warp before weft; at most `most`.
+[[nodiscard]] std::vector<Curve> curves_to_draw(CurveKind kind, const std::vector<Curve>& curves, std::size_t most = 8);
 
 /// What draws curves of the same axes in a colour each: loading solid, unloading dashed. Numbers are in the script,
 /// because gnuplot does not read every CSV table right. Empty where nothing moves.

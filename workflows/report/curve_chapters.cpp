@@ -160,15 +160,13 @@ std::string curves_html(std::vector<Curve> curves, bool is_weave, bool are_saved
   if (curves.empty()) return {};
   if (is_weave) leave_out_weaving(curves);
   const std::vector<Curve> worth = worth_showing(curves);
-  const Axes plates = axes_of({{}, "m", "Pa", {}, {}}), strain = axes_of({{}, "1", "N/m", {}, {}}),
-             translation = axes_of({{}, "m", "N", {}, {}}), rotation = axes_of({{}, "rad", "N m", {}, {}});
   std::string figures;
   HtmlTable rows{.header = {"driven", "stage", "branch", "motion", "reaction", "initial stiffness", "tangent at end",
                             "work", "loop"},
                  .rows = {}};
   std::size_t n_shown = 0, n_dofs = 0;
-  for (const Axes& axes : {plates, strain, translation, rotation}) {
-    const std::vector<Curve> shown = curves_on(axes, worth);
+  for (const CurveKind kind : curve_kinds) {
+    const std::vector<Curve> shown = curves_to_draw(kind, worth);
     figures += curves_figure(shown);
     for (const Curve& curve : shown) {
       add_rows(curve, rows);
