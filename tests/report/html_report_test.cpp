@@ -22,6 +22,7 @@
 #include "workflows/report/report_data.h"
 #include "workflows/report/report_plots.h"
 #include "workflows/report/run_facts.h"
+#include "workflows/report/scene_settings.h"
 #include "workflows/report/section_drawings.h"
 
 namespace trame::workflows {
@@ -227,7 +228,7 @@ name = "let go"
     micro::Increment last;
     last.stage = stage;
     last.stage_time = time;
-    return what_is_missing(header, last);
+    return what_is_missing(scene_of(header), last);
   };
   EXPECT_TRUE(holds(told("pull", 0.4), "at 40 % of stage pull, with 1 of 2 stages not begun"));
   EXPECT_TRUE(holds(told("pull", 1), "with 1 of 2 stages not begun"));
@@ -357,6 +358,7 @@ TEST(PairsOfRun, PartTheLastStageFromWhatLedToIt) {
 
 TEST(Certificates, AreHeldAgainstTheScene) {
   micro::SnapshotHeader header;
+  header.version = "0.1.0";
   header.scene_text = R"(
 [material.m]
 model = "isotropic"
@@ -381,10 +383,10 @@ name = "s"
   micro::Increment state;
   state.solver.max_penetration_over_radius = 0.07;
   state.solver.force_imbalance = 2e-3;
-  const std::string html = certificates_html(header, state, {});
+  const std::string html = certificates_html({}, scene_of(header), state, {});
   EXPECT_TRUE(holds(html, "<td>7 % of R</td><td>≤ 8 % of R</td><td><span class=\"badge good\">")) << html;
   EXPECT_TRUE(holds(html, "<td>0.2 %</td><td>≤ 0.1 %</td><td><span class=\"badge fair\">")) << html;
-  EXPECT_TRUE(holds(certificates_html({}, state, {}), "<td>≤ 5 % of R</td>")) << "without a scene";
+  EXPECT_TRUE(holds(certificates_html({}, {}, state, {}), "<td>≤ 5 % of R</td>")) << "without a scene";
 }
 
 TEST_F(HtmlReport, SaysWhyThePatchIsMissing) {

@@ -12,16 +12,14 @@
 #include "workflows/curves/curves_plot.h"
 #include "workflows/report/gnuplot.h"
 #include "workflows/report/html.h"
-#include "workflows/report/scene_settings.h"
 
 namespace trame::workflows {
 
 namespace {
 
-/// Without a scene: the dofs that have moved.
-CurvesLayout layout_of(const micro::SnapshotHeader& header, const micro::BodyRecord& last) {
-  if (const auto scene = scene_of(header); scene && !scene->stages.empty())
-    return curves_layout(*scene, header.body_names);
+CurvesLayout layout_of(const micro::SnapshotHeader& header, const std::optional<micro::Scene>& scene,
+                       const micro::BodyRecord& last) {
+  if (scene && !scene->stages.empty()) return curves_layout(*scene, header.body_names);
   CurvesLayout layout{false, header.body_names, {}};
   for (std::size_t b = 0; b < header.body_names.size(); ++b)
     for (std::size_t d = 0; d < n_body_dofs; ++d)
@@ -137,8 +135,10 @@ std::vector<Curve> worth_showing(const std::vector<Curve>& curves) {
 
 }  // namespace
 
-CurvesLayout saved_layout(const micro::SnapshotHeader& header, const micro::Increment& last) {
-  return header.body_names.empty() || last.bodies.motion.empty() ? CurvesLayout{} : layout_of(header, last.bodies);
+CurvesLayout saved_layout(const micro::SnapshotHeader& header, const std::optional<micro::Scene>& scene,
+                          const micro::Increment& last) {
+  if (header.body_names.empty() || last.bodies.motion.empty()) return {};
+  return layout_of(header, scene, last.bodies);
 }
 
 std::vector<double> saved_values(const CurvesLayout& layout, const micro::Increment& state) {
@@ -146,8 +146,8 @@ std::vector<double> saved_values(const CurvesLayout& layout, const micro::Increm
                        interleaved(state.bodies.force, state.bodies.moment));
 }
 
-CurvesTable saved_curves(const meso::FiberStates& states, Index last) {
-  const CurvesLayout layout = saved_layout(states.header(), states.read(last));
+CurvesTable saved_curves(const meso::FiberStates& states, const std::optional<micro::Scene>& scene, Index last) {
+  const CurvesLayout layout = saved_layout(states.header(), scene, states.read(last));
   CurvesTable table{layout.columns(), {}};
   for (Index i = 0; i <= last && !table.columns.empty(); ++i) {
     const micro::Increment state = states.read(i);

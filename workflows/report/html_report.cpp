@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "micro/core/error.h"
 #include "micro/core/whole_file.h"
@@ -56,16 +57,16 @@ Chapter patch_chapter(const PatchPictures& patch, const micro::FiberMesh& mesh) 
 }
 
 /// Of every increment where the run left them, else of the saved ones.
-std::string curves_content(const ReportInput& input, Index last) {
-  const CurvesTable table = input.curves.empty() ? saved_curves(input.states, last) : read_curves(input.curves);
-  return curves_html(curves_of(table, scene_of(input.states.header())), has_weave(input.states.header().mesh),
-                     input.curves.empty());
+std::string curves_content(const ReportInput& input, const ReportData& last) {
+  const CurvesTable table = input.curves.empty() ? saved_curves(input.states, last.scene, last.comparison.pair.to)
+                                                 : read_curves(input.curves);
+  return curves_html(curves_of(table, last.scene), has_weave(last.header.mesh), input.curves.empty());
 }
 
 Chapter run_chapter(const RunSummary& summary, const ReportData& last) {
   return {"The run", fmt::format("<h3>Certificates, {}</h3>\n", last.name_b()) +
-                         certificates_html(last.header, last.comparison.b, summary) + work_html(summary) +
-                         timing_html(summary) + settings_html(last.header)};
+                         certificates_html(last.header.mesh, last.scene, last.comparison.b, summary) +
+                         work_html(summary) + timing_html(summary) + settings_html(last.header, last.scene)};
 }
 
 Chapter strain_chapter(const ReportData& data) {
@@ -112,7 +113,7 @@ std::string page_html(const ReportData& last, const RunSummary& summary, const s
   for (std::size_t i = 0; i < chapters.size(); ++i)
     parts.push_back(
         {{"number", std::to_string(i + 1)}, {"title", chapters[i].title}, {"content", chapters[i].content}});
-  return filled("page", {{"title", scene_title(header)},
+  return filled("page", {{"title", scene_title(header, last.scene)},
                          {"style", std::string(style())},
                          {"origin", origin_text(header)},
                          {"size", size_text(header.mesh)},
@@ -127,18 +128,19 @@ std::string write_report(const ReportInput& input) {
   check(input);
   RunSummary summary = input.summary.empty() ? RunSummary{} : read_run_summary(input.summary);
   const micro::SnapshotHeader& header = input.states.header();
+  const std::optional<micro::Scene> scene = scene_of(header);
   const std::vector<Index> detailed = detailed_yarns(header.mesh.yarns, input.yarns);
   std::vector<ReportData> data;
   for (const meso::Comparison* comparison : input.comparisons)
-    data.push_back(report_data(header, *comparison, detailed));
+    data.push_back(report_data(header, scene, *comparison, detailed));
   const ReportData& last = data.back();
   PatchPictures patch{{}, "they were not asked for"};
   if (input.draw_patch) patch = patch_pictures(input.states, last.comparison.pair.to, last.name_b());
-  const std::string unfinished = what_is_missing(header, input.states.read(input.states.n_increments() - 1));
+  const std::string unfinished = what_is_missing(scene, input.states.read(input.states.n_increments() - 1));
   if (!unfinished.empty()) summary.warnings.insert(summary.warnings.begin(), unfinished);
   // The many bodies of a weave say nothing that its curves do not.
   const std::string bodies = has_weave(header.mesh) ? "" : bodies_html(input.states, last.comparison.pair.to),
-                    curves = curves_content(input, last.comparison.pair.to);
+                    curves = curves_content(input, last);
   micro::write_whole_file(input.file, page_html(last, summary, chapters(summary, data, patch, curves, bodies)));
   return patch.missing.empty() || !input.draw_patch ? "" : "no pictures of the patch: " + patch.missing;
 }

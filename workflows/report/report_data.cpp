@@ -56,9 +56,9 @@ std::string section_name(const meso::YarnComparison& yarn, std::size_t section) 
                      pair.is_station() ? fmt::format("at {:.0f} %", 100 * pair.a.fraction) : escaped(pair.place));
 }
 
-ReportData report_data(const micro::SnapshotHeader& header, const meso::Comparison& comparison,
-                       const std::vector<Index>& detailed) {
-  ReportData data{header, comparison, {}};
+ReportData report_data(const micro::SnapshotHeader& header, const std::optional<micro::Scene>& scene,
+                       const meso::Comparison& comparison, const std::vector<Index>& detailed) {
+  ReportData data{header, scene, comparison, {}};
   for (const meso::YarnComparison& yarn : comparison.yarns)
     if (std::find(detailed.begin(), detailed.end(), yarn.yarn) != detailed.end() && yarn.has_bands)
       data.details.push_back(&yarn);

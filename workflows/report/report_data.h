@@ -3,10 +3,12 @@
 /// What the report shows of a comparison: which yarns and sections, and what its quantities are called.
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "meso/comparison.h"
+#include "micro/scene/scene.h"
 
 namespace trame::workflows {
 
@@ -43,6 +45,7 @@ inline constexpr std::array<StrainQuantity, 4> strain_quantities = {
 /// A pair of states as the report shows it.
 struct ReportData {
   const micro::SnapshotHeader& header;
+  const std::optional<micro::Scene>& scene;  ///< that the states were computed from, where its text can be read
   const meso::Comparison& comparison;
   std::vector<const meso::YarnComparison*> details;  ///< yarns to show section by section
 
@@ -51,7 +54,7 @@ struct ReportData {
   [[nodiscard]] std::string name_b() const { return state_name(comparison.pair.to, comparison.b); }
 };
 
-[[nodiscard]] ReportData report_data(const micro::SnapshotHeader& header, const meso::Comparison& comparison,
-                                     const std::vector<Index>& detailed);
+[[nodiscard]] ReportData report_data(const micro::SnapshotHeader& header, const std::optional<micro::Scene>& scene,
+                                     const meso::Comparison& comparison, const std::vector<Index>& detailed);
 
 }  // namespace trame::workflows

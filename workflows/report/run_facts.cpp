@@ -16,7 +16,6 @@
 #include "workflows/report/html.h"
 #include "workflows/report/report_data.h"
 #include "workflows/report/report_plots.h"
-#include "workflows/report/scene_settings.h"
 
 namespace trame::workflows {
 
@@ -94,9 +93,9 @@ struct CertificateLimits {
 };
 
 /// A scene may ask for contact that is softer than usual, and for other tolerances.
-CertificateLimits certificate_limits(const micro::SnapshotHeader& header) {
+CertificateLimits certificate_limits(const std::optional<micro::Scene>& scene) {
   CertificateLimits limits;
-  if (const std::optional<micro::Scene> scene = scene_of(header)) {
+  if (scene) {
     limits.penetration = std::max(limits.penetration, scene->contact.target_penetration);
     limits.imbalance = micro::friction_tolerance(scene->solver);
   }
@@ -119,8 +118,7 @@ RunSummary read_run_summary(const std::filesystem::path& file) {
   }
 }
 
-std::string what_is_missing(const micro::SnapshotHeader& header, const micro::Increment& last) {
-  const std::optional<micro::Scene> scene = header.version.empty() ? std::nullopt : scene_of(header);
+std::string what_is_missing(const std::optional<micro::Scene>& scene, const micro::Increment& last) {
   if (!scene || scene->stages.empty()) return {};
   const auto& stages = scene->stages;
   const auto at =
@@ -140,15 +138,15 @@ std::string warnings_html(const RunSummary& summary) {
   return text;
 }
 
-std::string certificates_html(const micro::SnapshotHeader& header, const micro::Increment& b,
-                              const RunSummary& summary) {
+std::string certificates_html(const micro::FiberMesh& mesh, const std::optional<micro::Scene>& scene,
+                              const micro::Increment& b, const RunSummary& summary) {
   const micro::SolverRecord& solver = b.solver;
   const micro::EnergyRecord& energy = solver.energy;
-  const CertificateLimits limits = certificate_limits(header);
+  const CertificateLimits limits = certificate_limits(scene);
   const double balance = energy.external_work != 0 ? energy.imbalance / std::abs(energy.external_work) : 0;
   const auto microjoules = [](double joules) { return fmt::format("{:.3g}", 1e6 * joules); };
   return filled("certificates",
-                {{"weave", has_weave(header.mesh)},
+                {{"weave", has_weave(mesh)},
                  {"crossings", crossing_cells(summary)},
                  {"penetration", limited_cells(solver.max_penetration_over_radius, limits.penetration, " of R")},
                  {"force", limited_cells(solver.force_imbalance, limits.imbalance)},

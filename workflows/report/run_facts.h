@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "micro/scene/scene.h"
 #include "micro/states/snapshot.h"
 
 namespace trame::workflows {
@@ -23,15 +24,16 @@ struct RunSummary {
 /// Throws InputError for a file that is missing or not a summary.
 [[nodiscard]] RunSummary read_run_summary(const std::filesystem::path& file);
 
-/// Whether a run has not reached the end of its scene, in words, from its last state; nothing where it has.
-[[nodiscard]] std::string what_is_missing(const micro::SnapshotHeader& header, const micro::Increment& last);
+/// Whether a run has not reached the end of its scene, in words, from its last state; nothing where it has, and
+/// where there is no scene.
+[[nodiscard]] std::string what_is_missing(const std::optional<micro::Scene>& scene, const micro::Increment& last);
 
 /// What a reader has to know before anything else; nothing where there is nothing.
 [[nodiscard]] std::string warnings_html(const RunSummary& summary);
 
 /// What vouches for state B, against limits of the scene.
-[[nodiscard]] std::string certificates_html(const micro::SnapshotHeader& header, const micro::Increment& b,
-                                            const RunSummary& summary);
+[[nodiscard]] std::string certificates_html(const micro::FiberMesh& mesh, const std::optional<micro::Scene>& scene,
+                                            const micro::Increment& b, const RunSummary& summary);
 
 /// Sizes and work of the solver; nothing where they are not known.
 [[nodiscard]] std::string work_html(const RunSummary& summary);

@@ -83,6 +83,7 @@ std::string contact_html(const micro::Scene& scene) {
 }  // namespace
 
 std::optional<micro::Scene> scene_of(const micro::SnapshotHeader& header) {
+  if (header.version.empty()) return std::nullopt;
   try {
     return micro::parse_scene(header.scene_text, header.scene_name);
   } catch (const InputError&) {
@@ -90,15 +91,13 @@ std::optional<micro::Scene> scene_of(const micro::SnapshotHeader& header) {
   }
 }
 
-std::string scene_title(const micro::SnapshotHeader& header) {
-  const std::optional<micro::Scene> scene = scene_of(header);
+std::string scene_title(const micro::SnapshotHeader& header, const std::optional<micro::Scene>& scene) {
   if (scene && !scene->title.empty()) return scene->title;
   return header.scene_name.empty() ? "Fibers from elsewhere" : header.scene_name;
 }
 
-std::string settings_html(const micro::SnapshotHeader& header) {
+std::string settings_html(const micro::SnapshotHeader& header, const std::optional<micro::Scene>& scene) {
   if (header.scene_text.empty()) return note("The states do not say how they were made.");
-  const std::optional<micro::Scene> scene = scene_of(header);
   return (scene && scene->weave ? weave_html(*scene) : "") + (scene ? stages_html(*scene) + contact_html(*scene) : "") +
          fmt::format("<details><summary>All settings (the scene’s text)</summary><pre>{}</pre></details>\n",
                      escaped(header.scene_text));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "workflows/report/curve_chapters.h"
+#include "workflows/report/scene_settings.h"
 
 namespace trame::workflows {
 namespace {
@@ -47,7 +48,8 @@ struct LoadColumns {
 void print_states(const meso::FiberStates& states) {
   const bool is_run = !states.header().version.empty();
   const auto& body_names = states.header().body_names;
-  const LoadColumns load{saved_layout(states.header(), states.read(states.n_increments() - 1)), !body_names.empty()};
+  const micro::Increment last = states.read(states.n_increments() - 1);
+  const LoadColumns load{saved_layout(states.header(), scene_of(states.header()), last), !body_names.empty()};
   fmt::print("{:>9}  {:<20} {:>6}{}{}\n", "increment", "stage", "time", is_run ? "  contacts" : "", load.title());
   for (Index i = 0; i < states.n_increments(); ++i) {
     const micro::Increment increment = states.read(i);
