@@ -64,9 +64,12 @@ std::string curves_content(const ReportInput& input, const ReportData& last) {
 }
 
 Chapter run_chapter(const RunSummary& summary, const ReportData& last) {
-  return {"The run", fmt::format("<h3>Certificates, {}</h3>\n", last.name_b()) +
-                         certificates_html(last.header.mesh, last.scene, last.comparison.b, summary) +
-                         work_html(summary) + timing_html(summary) + settings_html(last.header, last.scene)};
+  const std::string certificates = certificates_html(last.header.mesh, last.scene, last.comparison.b, summary);
+  Fields fields = {
+      {"b", last.name_b()}, {"certificates", certificates}, {"settings", settings_html(last.header, last.scene)}};
+  if (const std::string work = work_table(summary); !work.empty()) fields.emplace_back("work", work);
+  if (const std::string timing = timing_figure(summary); !timing.empty()) fields.emplace_back("timing", timing);
+  return {"The run", filled("run", fields)};
 }
 
 Chapter strain_chapter(const ReportData& data) {
@@ -101,25 +104,20 @@ std::vector<Chapter> chapters(const RunSummary& summary, const std::vector<Repor
   return result;
 }
 
-/// The facts of the fabric in the last B.
-std::string facts_html(const ReportData& last) {
-  const auto& fabric = last.comparison.fabric;
-  return fabric ? fmt::format("<h3>The fabric, {}</h3>\n", last.name_b()) + fabric_html(*fabric) : "";
-}
-
 std::string page_html(const ReportData& last, const RunSummary& summary, const std::vector<Chapter>& chapters) {
   const micro::SnapshotHeader& header = last.header;
   std::vector<Fields> parts;
   for (std::size_t i = 0; i < chapters.size(); ++i)
     parts.push_back(
         {{"number", std::to_string(i + 1)}, {"title", chapters[i].title}, {"content", chapters[i].content}});
-  return filled("page", {{"title", scene_title(header, last.scene)},
-                         {"style", std::string(style())},
-                         {"origin", origin_text(header)},
-                         {"size", size_text(header.mesh)},
-                         {"warnings", warnings_html(summary)},
-                         {"fabric", facts_html(last)},
-                         {"chapters", parts}});
+  Fields fields = {
+      {"title", scene_title(header, last.scene)}, {"style", std::string(style())},      {"origin", origin_text(header)},
+      {"size", size_text(header.mesh)},           {"warnings", warnings_html(summary)}, {"chapters", parts}};
+  if (const auto& fabric = last.comparison.fabric) {
+    fields.emplace_back("fabric", fabric_html(*fabric));
+    fields.emplace_back("b", last.name_b());
+  }
+  return filled("page", fields);
 }
 
 }  // namespace

@@ -160,24 +160,24 @@ std::string certificates_html(const micro::FiberMesh& mesh, const std::optional<
                  {"released", microjoules(energy.release)}});
 }
 
-std::string work_html(const RunSummary& summary) {
+std::string work_table(const RunSummary& summary) {
   if (summary.work.empty()) return {};
   HtmlTable sizes{.header = {}, .rows = {{}}};
   for (const auto& [what, how_much] : summary.work) {
     sizes.header.push_back(what);
     sizes.rows[0].push_back(how_much);
   }
-  return "<h3>Size and work</h3>\n" + table(sizes);
+  return table(sizes);
 }
 
-std::string timing_html(const RunSummary& summary) {
-  if (summary.total_seconds <= 0) return note("Times are in the run’s summary.json, which was not given.");
+std::string timing_figure(const RunSummary& summary) {
+  if (summary.total_seconds <= 0) return {};
   std::vector<std::pair<std::string, double>> parts = summary.seconds;
   double rest = summary.total_seconds;
   for (const auto& part : parts) rest -= part.second;
   if (rest > 0) parts.emplace_back("not measured", rest);
   return figure(share_bar_svg(std::move(parts)),
-                fmt::format("Where the run’s {:.4g} s of wall-clock time went.", summary.total_seconds));
+                filled("timing_caption", {{"seconds", fmt::format("{:.4g}", summary.total_seconds)}}));
 }
 
 }  // namespace trame::workflows

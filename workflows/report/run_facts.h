@@ -36,9 +36,9 @@ struct RunSummary {
                                             const micro::Increment& b, const RunSummary& summary);
 
 /// Sizes and work of the solver; nothing where they are not known.
-[[nodiscard]] std::string work_html(const RunSummary& summary);
+[[nodiscard]] std::string work_table(const RunSummary& summary);
 
-/// Where the run's time went; a note where it is not known.
-[[nodiscard]] std::string timing_html(const RunSummary& summary);
+/// Where the run's time went; nothing where it is not known.
+[[nodiscard]] std::string timing_figure(const RunSummary& summary);
 
 }  // namespace trame::workflows

@@ -34,12 +34,12 @@ void add_rows(const micro::Scene& scene, const char* name, const micro::YarnSyst
   }
 }
 
-std::string weave_html(const micro::Scene& scene) {
+std::string systems_table(const micro::Scene& scene) {
   HtmlTable rows{.header = {"", "yarns", "fibers each", "lay", "fiber diameter", "spacing of yarns", "material"},
                  .rows = {}};
   add_rows(scene, "warp", scene.weave->warp, rows.rows);
   add_rows(scene, "weft", scene.weave->weft, rows.rows);
-  return "<h3>Yarns</h3>\n" + table(rows);
+  return table(rows);
 }
 
 /// The bodies that a stage drives, each name once.
@@ -53,7 +53,7 @@ std::string drives_text(const micro::Stage& stage) {
   return text.empty() ? "nothing" : text;
 }
 
-std::string stages_html(const micro::Scene& scene) {
+std::string stages_table(const micro::Scene& scene) {
   HtmlTable rows{.header = {"stage", "increments", "fibers", "friction", "damping η", "what is driven"},
                  .rows = {},
                  .kind = "text"};
@@ -66,7 +66,7 @@ std::string stages_html(const micro::Scene& scene) {
                          fmt::format("{:g} → {:g}", stage.proximal_start, stage.proximal_end),
                          (stage.separate_yarns ? "crossing order; " : "") + drives_text(stage)});
   }
-  return "<h3>Stages</h3>\n" + table(rows);
+  return table(rows);
 }
 
 std::string contact_html(const micro::Scene& scene) {
@@ -97,10 +97,13 @@ std::string scene_title(const micro::SnapshotHeader& header, const std::optional
 }
 
 std::string settings_html(const micro::SnapshotHeader& header, const std::optional<micro::Scene>& scene) {
-  if (header.scene_text.empty()) return note("The states do not say how they were made.");
-  return (scene && scene->weave ? weave_html(*scene) : "") + (scene ? stages_html(*scene) + contact_html(*scene) : "") +
-         fmt::format("<details><summary>All settings (the scene’s text)</summary><pre>{}</pre></details>\n",
-                     escaped(header.scene_text));
+  Fields fields = {{"no_text", header.scene_text.empty()}, {"text", header.scene_text}};
+  if (scene && scene->weave) fields.emplace_back("yarns", systems_table(*scene));
+  if (scene) {
+    fields.emplace_back("stages", stages_table(*scene));
+    fields.emplace_back("contact", contact_html(*scene));
+  }
+  return filled("settings", fields);
 }
 
 }  // namespace trame::workflows

@@ -48,8 +48,9 @@ std::string places_figure(const ReportData& data, const YarnComparison& yarn) {
     for (const std::size_t k : shown)
       grid.rows.back().push_back(section_svg(yarn.sections[k].*section, window, colour_of(data, yarn)));
   }
-  return figure(table(grid), fmt::format("{} at the same places in each state; every drawing is {:.0f} µm wide.",
-                                         escaped(data.yarn(yarn).name), 1e6 * (window.high.x() - window.low.x())));
+  return figure(table(grid),
+                filled("places_caption", {{"yarn", data.yarn(yarn).name},
+                                          {"width", fmt::format("{:.0f}", 1e6 * (window.high.x() - window.low.x()))}}));
 }
 
 std::string shape_text(const meso::Section& section) {
@@ -69,8 +70,7 @@ std::string strip_figure(const ReportData& data, const YarnComparison& yarn) {
     strip += fmt::format("<div>{}{}<br>{}</div>", section_svg(pair.b, window, colour_of(data, yarn)),
                          pair.b.status == meso::SectionStatus::ok ? shape_text(pair.b) : "", section_name(yarn, k));
   }
-  return figure(strip + "</div>", fmt::format("The stations of {}, at equal distances along it, {}.",
-                                              escaped(data.yarn(yarn).name), data.name_b()));
+  return figure(strip + "</div>", filled("strip_caption", {{"yarn", data.yarn(yarn).name}, {"b", data.name_b()}}));
 }
 
 /// Strains of a yarn on one of its sections, finer than the cuts that bands are looked for on.
@@ -121,7 +121,7 @@ const meso::SectionBands* bands_on(const YarnComparison& yarn, std::size_t secti
   return found == all.end() ? nullptr : &*found;
 }
 
-std::string yarn_maps(const ReportData& data, const YarnComparison& yarn, const std::vector<StrainMap>& maps,
+std::string yarn_maps(const YarnComparison& yarn, const std::vector<StrainMap>& maps,
                       const std::array<ColourScale, strain_quantities.size()>& scales) {
   std::vector<const meso::Section*> all;
   for (const StrainMap& map : maps) all.push_back(&yarn.sections[map.section].a);
@@ -136,7 +136,7 @@ std::string yarn_maps(const ReportData& data, const YarnComparison& yarn, const 
         grid.rows.back().push_back(
             strain_map_svg(map.cut, map.strain[q], scales[q], yarn.sections[map.section].a, window, *bands));
   }
-  return "<h3>" + escaped(data.yarn(yarn).name) + " on sections</h3>\n" + table(grid);
+  return table(grid);
 }
 
 /// Bands that are not as long as this, over their thickness, have no direction.
@@ -209,10 +209,11 @@ void add_directions(const ReportData& data, Fields& fields) {
 }  // namespace
 
 std::string sections_html(const ReportData& data) {
-  std::string yarns;
+  std::vector<Fields> yarns;
   for (const YarnComparison* yarn : data.details)
-    yarns +=
-        "<h3>" + escaped(data.yarn(*yarn).name) + "</h3>\n" + places_figure(data, *yarn) + strip_figure(data, *yarn);
+    yarns.push_back({{"name", data.yarn(*yarn).name},
+                     {"places", places_figure(data, *yarn)},
+                     {"strip", strip_figure(data, *yarn)}});
   return filled("sections", {{"weave", has_weave(data.header.mesh)}, {"yarns", yarns}});
 }
 
@@ -221,22 +222,27 @@ std::string strain_maps_html(const ReportData& data) {
   for (const YarnComparison* yarn : data.details) maps.push_back(strain_maps(data, *yarn));
   std::array<ColourScale, strain_quantities.size()> scales;
   for (std::size_t q = 0; q < scales.size(); ++q) scales[q] = scale_of(maps, q);
-  std::string drawn;
-  for (std::size_t y = 0; y < maps.size(); ++y) drawn += yarn_maps(data, *data.details[y], maps[y], scales);
-  return figure(drawn, filled("maps_caption"));
+  std::vector<Fields> yarns;
+  for (std::size_t y = 0; y < maps.size(); ++y)
+    yarns.push_back(
+        {{"name", data.yarn(*data.details[y]).name}, {"maps", yarn_maps(*data.details[y], maps[y], scales)}});
+  return figure(filled("yarn_maps", {{"yarns", yarns}}), filled("maps_caption"));
 }
 
 std::string bands_html(const ReportData& data) {
   std::vector<FoundBand> all;
-  std::string roses, counts;
+  std::string roses;
+  std::vector<Fields> counts;
   for (std::size_t q = 0; q < strain_quantities.size(); ++q) {
     const auto [bands, n_regions] = bands_of(data, q);
     std::vector<meso::ShearBand> directed;
     for (const FoundBand& found : bands)
       if (found.band.aspect >= least_aspect) directed.push_back(found.band);
     if (!directed.empty()) roses += figure(rose_svg(directed), strain_quantities[q].name);
-    counts += fmt::format("<li>{}: {} bands, of these {} with a direction, and {} other regions</li>\n",
-                          strain_quantities[q].name, bands.size(), directed.size(), n_regions - bands.size());
+    counts.push_back({{"of", strain_quantities[q].name},
+                      {"bands", std::to_string(bands.size())},
+                      {"directed", std::to_string(directed.size())},
+                      {"others", std::to_string(n_regions - bands.size())}});
     all.insert(all.end(), bands.begin(), bands.end());
   }
   Fields fields = {{"none", all.empty()}, {"counts", counts}, {"least_aspect", fmt::format("{:g}", least_aspect)}};
