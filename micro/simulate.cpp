@@ -98,14 +98,16 @@ class Run {
   /// What the machine lacks ends a run, but not what it has saved.
   void run_as_far_as_it_goes(std::size_t stage) {
     SimulationSummary& summary = run_.state.summary;
-    const auto end = [&](Status status, const std::string& why) {
+    const auto end = [&](Status status, const std::string& why, bool is_saved = true) {
       summary.status = status;
       summary.message = why;
-      if (summary.n_increments > 0)
+      if (is_saved && summary.n_increments > 0)
         summary.message += ". Once there is room, --resume goes on from the last state that is saved";
     };
     try {
       run_stage(run_, stage, resumption_);
+    } catch (const LostError& error) {
+      end(Status::cannot_write, error.what(), false);
     } catch (const WriteError& error) {
       end(Status::cannot_write, error.what());
     } catch (const std::bad_alloc&) {

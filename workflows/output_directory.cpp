@@ -55,7 +55,7 @@ std::unique_ptr<FolderLock> make_ready(const fs::path& root, OutputDirectory::Ea
 bool is_run_output(const std::string& relative_path) {
   static const std::regex names(
       R"((states\.h5|report\.html|summary\.json|curves\.csv|branches\.csv|curves\.gp|curves\.svg)"
-      R"(|vtk/(fibers|yarns)(\.pvd|_[0-9]+\.vt[pu]))(\.part)?)");
+      R"(|vtk/(fibers|yarns|surfaces)(\.pvd|_[0-9]+\.vt[pu]))(\.part)?)");
   return std::regex_match(relative_path, names);
 }
 

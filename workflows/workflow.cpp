@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <ranges>
 #include <utility>
 
 #include "micro/core/error.h"
@@ -121,9 +123,11 @@ void tell_results(Terminal& terminal, const OutputDirectory& out, double seconds
       {"vtk/yarns.pvd", "ParaView: open, Apply; colour by E_axial"},
       {"vtk/surfaces.pvd", "ParaView: open, Apply: what fibers touch"},
   }};
+  const auto is_there = [&](const auto& file) { return std::filesystem::exists(out.root() / file.first); };
+  if (std::ranges::none_of(files, is_there)) return;
   terminal.line(fmt::format("\nResults in {} after {}:", out.root().string(), duration_text(seconds)));
-  for (const auto& [file, meaning] : files)
-    if (std::filesystem::exists(out.root() / file)) terminal.line(fmt::format("  {:<18}{}", file, meaning));
+  for (const auto& [file, meaning] : files | std::views::filter(is_there))
+    terminal.line(fmt::format("  {:<18}{}", file, meaning));
 }
 
 void write_curves(const OutputDirectory& out, const micro::Scene& scene, const micro::SimulationSummary& summary,
@@ -222,8 +226,10 @@ class Outputs {
     try {
       make_it();
     } catch (const std::exception& error) {
-      failures_.push_back(fmt::format("{}: {}", what, error.what()));
-      terminal_.line("Not written: " + printable(failures_.back()));
+      const std::string failure = fmt::format("{}: {}", what, error.what());
+      if (std::ranges::find(failures_, failure) != failures_.end()) return;  // of an output that is made again
+      failures_.push_back(failure);
+      terminal_.line("Not written: " + printable(failure));
     }
   }
   [[nodiscard]] const std::vector<std::string>& failures() const { return failures_; }

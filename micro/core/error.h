@@ -22,6 +22,12 @@ class WriteError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// What has been written is gone: there is nothing left to go on from.
+class LostError : public WriteError {
+ public:
+  using WriteError::WriteError;
+};
+
 /// Whether `error_number` says that there is no room: of the disk, of a quota, of a limit for files.
 [[nodiscard]] inline bool is_lack_of_space(int error_number) {
   return error_number == ENOSPC || error_number == EDQUOT || error_number == EFBIG;

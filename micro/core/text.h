@@ -23,10 +23,12 @@ namespace trame {
 inline constexpr std::size_t max_name_bytes = 128, max_text_bytes = 1000;
 
 /// Characters that steer a terminal, a script or a table instead of being read: control characters (C0, DEL, C1), line
-/// and paragraph separators, and those that turn the direction of writing.
+/// and paragraph separators, those that turn the direction of writing, and those that nobody sees (but for the joiners
+/// that some scripts are written with).
 [[nodiscard]] constexpr bool is_control(char32_t c) {
   return c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0x2028 || c == 0x2029 || (c >= 0x202a && c <= 0x202e) ||
-         (c >= 0x2066 && c <= 0x2069);
+         (c >= 0x2066 && c <= 0x2069) || c == 0x200b || (c >= 0x2060 && c <= 0x2064) || c == 0xfeff ||
+         (c >= 0xe0000 && c <= 0xe007f);
 }
 
 /// Whether `text` is UTF-8 without control characters, so that it can stand in every file and on every screen.

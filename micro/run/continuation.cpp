@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "micro/core/error.h"
+#include "micro/scene/scene_difference.h"
 
 namespace trame::micro {
 
@@ -56,7 +57,10 @@ void require_same_scene(const SnapshotHeader& header, const Scene& scene, const 
   if (header.scene_text == scene.text) return;
   // As they were read, without the changes of a command line.
   const Scene theirs = parse_scene(header.scene_text, header.scene_name), ours = parse_scene(scene.text, scene.name);
-  if (const std::string parts = difference(theirs, ours); !parts.empty()) fail(parts + " differ");
+  if (const std::string parts = difference(theirs, ours); !parts.empty()) {
+    const std::string key = scene_difference(header.scene_text, scene.text);
+    fail(key.empty() ? "not the same " + parts : key);
+  }
   for (std::size_t i = 0; i < at.stage + (at.within ? 1 : 0); ++i) {
     if (i >= theirs.stages.size()) throw ArchiveError("a stage that the scene has not");
     if (i >= ours.stages.size() || !(ours.stages[i] == theirs.stages[i]))

@@ -333,7 +333,9 @@ struct SnapshotWriter::Impl {
   }
 
   [[nodiscard]] std::string what_is_saved() const {
-    return n_increments == 0 ? "nothing is saved" : fmt::format("the first {} states are whole in it", n_increments);
+    return n_increments == 0   ? "nothing is saved"
+           : n_increments == 1 ? "the first state is whole in it"
+                               : fmt::format("the first {} states are whole in it", n_increments);
   }
   /// Throws where the name no longer leads to what is written.
   void check_presence() const {
@@ -341,7 +343,7 @@ struct SnapshotWriter::Impl {
     }, named{};
     if (fstat(descriptor(), &written) != 0) return;
     if (stat(path.c_str(), &named) != 0 || named.st_ino != written.st_ino || named.st_dev != written.st_dev)
-      throw WriteError(fmt::format("{}: was removed or replaced while the run was writing it", states.name));
+      throw LostError(fmt::format("{}: was removed or replaced while the run was writing it", states.name));
   }
   /// Throws where there is no room for `bytes` more, before the library meets that amid its bookkeeping.
   void check_room(std::uint64_t bytes) {
@@ -457,6 +459,9 @@ void SnapshotWriter::append(const Increment& increment, const std::string& conti
       impl.states.fail_to_write("cannot be written to");
     impl.sync();
     impl.n_increments = n;
+  } catch (const LostError&) {
+    impl.abandon();
+    throw;
   } catch (const WriteError& error) {
     impl.abandon();
     impl.remove_if_empty();

@@ -275,6 +275,7 @@ const Mistake steering_texts[] = {
     {"title = \"good\"", "title = \"\"\"two\nlines\"\"\"",
      "bad.toml: title = \"two\\nlines\": must be a text of one line"},
     {"title = \"good\"", "title = \"\\u0000\"", "bad.toml: title = \"\\x00\": must be a text of one line"},
+    {"title = \"good\"", "title = \"\\u200bgood\"", "bad.toml: title = \"\\u200bgood\": must be a text of one line"},
     {"title = \"good\"", "title = \"\\u202Egood\"", "bad.toml: title = \"\\u202egood\": must be a text of one line"},
     {"name = \"wire\"", "name = \"wi\\tre\"", "bad.toml: fiber[1].name = \"wi\\tre\": must be a text of one line"},
     {"name = \"strand\"", "name = \"\\u001b[31mstrand\"",

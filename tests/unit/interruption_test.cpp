@@ -86,6 +86,7 @@ TEST(StatesThatCannotBeWritten, EndTheRunWithAllThatItKnows) {
   EXPECT_EQ(summary.status, Status::cannot_write);
   EXPECT_EQ(summary.n_increments, 8) << "of which the eighth was to be saved";
   EXPECT_NE(summary.message.find("states.h5: was removed or replaced"), std::string::npos) << summary.message;
+  EXPECT_EQ(summary.message.find("--resume"), std::string::npos) << "there is nothing to go on from";
 }
 
 }  // namespace

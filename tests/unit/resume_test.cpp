@@ -191,8 +191,11 @@ TEST_F(Resume, OfAnotherSceneIsRefused) {
     other.text.replace(other.text.find(from), from.size(), to);
     return refusal(other, file("states.h5"));
   };
-  EXPECT_NE(changed("\"3 GPa\"", "\"4 GPa\"").find("of another scene: materials differ"), std::string::npos);
-  EXPECT_NE(changed("friction_coefficient = 0.2", "friction_coefficient = 0.3").find("contact differ"),
+  EXPECT_NE(changed("\"3 GPa\"", "\"4 GPa\"")
+                .find("of another scene: material.polyamide.young_modulus is '3 GPa' there and '4 GPa' here"),
+            std::string::npos);
+  EXPECT_NE(changed("friction_coefficient = 0.2", "friction_coefficient = 0.3")
+                .find("contact.friction_coefficient is 0.2 there and 0.3 here"),
             std::string::npos);
   EXPECT_NE(changed("\"-20 um\"", "\"-19 um\"").find("stage push differs"), std::string::npos);
   EXPECT_EQ(changed("Two crossing", "Crossing"), "") << "a title makes no difference";

@@ -35,8 +35,9 @@ TEST(OutputDirectory, OverwritesOnlyWhatARunWrites) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "vtk");
   fs::create_directory(folder / "yarns");
-  const auto ours = {"states.h5",   "summary.json",   "curves.csv",          "branches.csv",
-                     "report.html", "vtk/fibers.pvd", "vtk/fibers_0012.vtp", "vtk/yarns_0001.vtu"};
+  const auto ours = {"states.h5",        "summary.json",         "curves.csv",          "branches.csv",
+                     "report.html",      "vtk/fibers.pvd",       "vtk/fibers_0012.vtp", "vtk/yarns_0001.vtu",
+                     "vtk/surfaces.pvd", "vtk/surfaces_0003.vtp"};
   const auto theirs = {"notes.txt",           "states.h5.bak",   "vtk/view.pvsm",
                        "vtk/fibers_best.vtp", "yarns/states.h5", "fibers.pvd"};
   for (const char* file : ours) test::write_text(folder / file, "old");

@@ -92,7 +92,7 @@ std::optional<Curve> plate_curve(const CurvesTable& table, const std::optional<m
 std::optional<std::pair<std::string, micro::BodyDof>> dof_of(const std::string& column) {
   const std::size_t dot = column.rfind('.');
   if (dot == std::string::npos) return std::nullopt;
-  for (std::size_t d = 0; d < n_body_dofs; ++d) {
+  for (int d = 0; d < micro::n_body_dofs; ++d) {
     const auto dof = static_cast<micro::BodyDof>(d);
     if (dof_columns(column.substr(0, dot), dof)[0] == column) return std::pair(column.substr(0, dot), dof);
   }

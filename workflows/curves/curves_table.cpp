@@ -64,7 +64,7 @@ std::vector<double> CurvesLayout::values(const std::array<double, 2>& strain, co
   std::vector<double> numbers;
   if (has_sides) numbers = {strain[0], strain[1], force[0], force[1]};
   for (const micro::DrivenDof& driven : dofs) {
-    const std::size_t i = n_body_dofs * static_cast<std::size_t>(driven.body) + static_cast<std::size_t>(driven.dof);
+    const auto i = static_cast<std::size_t>(micro::n_body_dofs * driven.body + static_cast<int>(driven.dof));
     numbers.push_back(motion.at(i));
     numbers.push_back(reaction.at(i));
   }

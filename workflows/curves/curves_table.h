@@ -31,8 +31,6 @@ inline constexpr std::array<const char*, 4> side_columns = {"warp_strain", "weft
 /// "right.x_m" and "right.x_N", or "right.rx_rad" and "right.rx_Nm".
 [[nodiscard]] std::array<std::string, 2> dof_columns(const std::string& body, micro::BodyDof dof);
 
-inline constexpr std::size_t n_body_dofs = micro::dof_names.size();
-
 /// What the columns are of.
 struct CurvesLayout {
   bool has_sides = false;
@@ -40,7 +38,7 @@ struct CurvesLayout {
   std::vector<micro::DrivenDof> dofs;
 
   [[nodiscard]] std::vector<std::string> columns() const;
-  /// `motion`, `reaction`: `n_body_dofs` numbers for each body.
+  /// `motion`, `reaction`: `micro::n_body_dofs` numbers for each body.
   [[nodiscard]] std::vector<double> values(const std::array<double, 2>& strain, const std::array<double, 2>& force,
                                            const std::vector<double>& motion,
                                            const std::vector<double>& reaction) const;

@@ -22,13 +22,13 @@ CurvesLayout layout_of(const micro::SnapshotHeader& header, const std::optional<
   if (scene && !scene->stages.empty()) return curves_layout(*scene, header.body_names);
   CurvesLayout layout{false, header.body_names, {}};
   for (std::size_t b = 0; b < header.body_names.size(); ++b)
-    for (std::size_t d = 0; d < n_body_dofs; ++d)
-      if ((d < 3 ? last.motion : last.turn)[b][static_cast<Index>(d % 3)] != 0)
+    for (int d = 0; d < micro::n_body_dofs; ++d)
+      if ((d < 3 ? last.motion : last.turn)[b][d % 3] != 0)
         layout.dofs.push_back({static_cast<Index>(b), static_cast<micro::BodyDof>(d), {}});
   return layout;
 }
 
-/// `n_body_dofs` numbers for each body.
+/// `micro::n_body_dofs` numbers for each body.
 std::vector<double> interleaved(const std::vector<Vec3>& translations, const std::vector<Vec3>& rotations) {
   std::vector<double> numbers;
   for (std::size_t b = 0; b < translations.size(); ++b)
