@@ -125,10 +125,11 @@ std::shared_ptr<const StateA> YarnComparer::state_a(Index from) const {
   const auto a = std::make_shared<StateA>();
   a->index = from;
   a->increment = states_.read(from);
-  for (auto& F : a->F) F.resize(yarns_.size());
+  for (const MeshKind kind : settings_.meshes) a->F[index_of(kind)].resize(yarns_.size());
   parallel_for(yarns_.size(), settings_.n_threads, [&](std::size_t y) {
-    for (std::size_t kind = 0; kind < n_mesh_kinds; ++kind)
-      if (const auto& gradient = meshed_[kind]->gradients[y]) a->F[kind][y] = (*gradient)(a->increment.fibers.r);
+    for (const MeshKind kind : settings_.meshes)
+      if (const auto& gradient = meshed_[index_of(kind)]->gradients[y])
+        a->F[index_of(kind)][y] = (*gradient)(a->increment.fibers.r);
   });
   return a;
 }
@@ -191,8 +192,8 @@ YarnContinuum YarnComparer::continuum(std::size_t y, const YarnComparison& yarn,
     for (const YarnOnMesh& on : yarn.meshes)
       if (on.kind == kind) field[k] = &on.fields.strain;
     if (field[k] != nullptr) continue;
-    own[k] = strain_between(meshed_[k]->meshes[y], strains.a->F[k][y], (*gradient)(strains.b.fibers.r),
-                            strains.a->increment.fibers.tangent);
+    const FiberConfiguration& a = strains.a->increment.fibers;
+    own[k] = strain_between(meshed_[k]->meshes[y], (*gradient)(a.r), (*gradient)(strains.b.fibers.r), a.tangent);
     field[k] = &own[k];
   }
   const double distance =

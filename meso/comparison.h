@@ -91,11 +91,11 @@ struct MeshStrains {
   std::vector<YarnStrain> summaries;
 };
 
-/// A state A with the deformation gradients of all meshes in it.
+/// A state A with the deformation gradients in it of the kinds of mesh that are wanted.
 struct StateA {
   Index index = 0;
   micro::Increment increment;
-  std::array<std::vector<std::vector<Mat3>>, n_mesh_kinds> F;  ///< by kind of mesh and yarn
+  std::array<std::vector<std::vector<Mat3>>, n_mesh_kinds> F;  ///< by kind of mesh and yarn; none of other kinds
 };
 
 /// The part of a comparison that every state of a series gets.
