@@ -85,6 +85,12 @@ void expect_shows(const std::string& text, double value, int decimals, const std
   EXPECT_NEAR(std::stod(text), value, 0.501 * std::pow(10, -decimals) + 1e-5 * std::abs(value)) << what;
 }
 
+/// Expects the number that a text begins with to be this one to three digits, or as many as are given.
+void expect_begins(const std::string& text, double value, const std::string& what, int digits = 3) {
+  ASSERT_FALSE(text.empty()) << what << ": " << value;
+  EXPECT_NEAR(std::stod(text), value, 0.501 * std::pow(10, 1 - digits) * std::abs(value) + 1e-300) << what;
+}
+
 std::pair<std::string, std::string> arrow(const std::string& text) {
   const std::size_t at = text.find(" → ");
   EXPECT_NE(at, std::string::npos) << text;
@@ -122,6 +128,7 @@ class SameNumbers : public testing::Test {
         {TRAME_STRAIN_POST, "run/states.h5", "--from", std::to_string(from), "--to", std::to_string(to), "--out", name},
         without_pictures);
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    told_by_post_[name] = outcome.out;
   }
   static std::vector<Row> table(const std::string& name, const char* file) { return read_csv(*folder_ / name / file); }
   /// The part of a report about a pair of states.
@@ -142,10 +149,12 @@ class SameNumbers : public testing::Test {
 
   static TemporaryFolder* folder_;
   static std::string page_, told_;  ///< report and terminal
+  static std::map<std::string, std::string> told_by_post_;
   static Index middle_, last_;
 };
 TemporaryFolder* SameNumbers::folder_ = nullptr;
 std::string SameNumbers::page_, SameNumbers::told_;
+std::map<std::string, std::string> SameNumbers::told_by_post_;
 Index SameNumbers::middle_ = 0, SameNumbers::last_ = 0;
 
 /// Means of a column over the stations of a yarn.
@@ -276,6 +285,193 @@ TEST_F(SameNumbers, OfYarnsInTheSummaryAndTables) {
     for (const char* column : {"E_axial_mean", "E_axial_min", "E_axial_max"})
       EXPECT_EQ(fmt::format("{:.9g}", yarn[column].get<double>()), strains[y].at(column)) << column;
   }
+}
+
+TEST_F(SameNumbers, OfCertificatesAndEnergiesInTheReportAndSummary) {
+  const nlohmann::json summary = nlohmann::json::parse(read_text(*folder_ / "run/summary.json"));
+  const nlohmann::json& energy = summary.at("energy");
+  const auto found = [&](const char* certificate) {
+    const auto rows = rows_of(page_, certificate);
+    EXPECT_EQ(rows.size(), 1U) << certificate;
+    return rows.at(0).at(0);
+  };
+  const double work = energy.at("external_work");
+  expect_begins(found("Penetration"), 100 * summary.at("max_penetration_over_radius").get<double>(), "penetration", 2);
+  expect_begins(found("Force imbalance"), 100 * summary.at("force_imbalance").get<double>(), "force", 2);
+  expect_begins(found("Moment imbalance"), 100 * summary.at("moment_imbalance").get<double>(), "moment", 2);
+  expect_begins(found("Energy balance"), 100 * energy.at("imbalance").get<double>() / std::abs(work), "balance", 2);
+  EXPECT_EQ(found("Crossing order"),
+            fmt::format("{} of {}", summary.at("n_crossings_ok").get<int>(), summary.at("n_crossings").get<int>()));
+  const std::regex told(
+      "against the external work, (\\S+) µJ[^.]*\\. (\\S+) µJ are stored, (\\S+) µJ rubbed off, (\\S+) µJ\\s+damped, "
+      "(\\S+) µJ released");
+  std::smatch match;
+  ASSERT_TRUE(std::regex_search(page_, match, told));
+  const std::array keys = {"external_work", "stored", "friction", "damping", "release"};
+  for (std::size_t k = 0; k < keys.size(); ++k)
+    expect_begins(match[k + 1], 1e6 * energy.at(keys[k]).get<double>(), keys[k]);
+}
+
+/// Shear zones are a line each in zones.csv, and a count with their share of the yarn in the terminal.
+TEST_F(SameNumbers, OfZonesInTheTableAndTheTerminal) {
+  for (const char* name : {"weave", "load", "whole"}) {
+    const std::vector<Row> zones = table(name, "zones.csv");
+    const std::string& told = told_by_post_.at(name);
+    for (const Row& yarn : table(name, "strains.csv")) {
+      int n = 0;
+      double share = 0;
+      for (const Row& zone : zones)
+        if (zone.at("yarn") == yarn.at("yarn")) {
+          ++n;
+          share += 100 * number(zone, "volume_fraction");
+        }
+      const std::regex line(yarn.at("yarn") + " .* ([0-9]+) \\(([0-9.]+)\\)\n");
+      std::smatch match;
+      ASSERT_TRUE(std::regex_search(told, match, line)) << yarn.at("yarn") << " in\n" << told;
+      EXPECT_EQ(std::stoi(match[1]), n) << yarn.at("yarn");
+      EXPECT_NEAR(std::stod(match[2]), share, 0.051) << yarn.at("yarn");
+    }
+  }
+}
+
+/// Curves by direction in the order of a report: for each component one of the middle warp yarn, and of the weft yarn.
+/// A curve without any value is left out.
+TEST_F(SameNumbers, OfOrientationInReportsAndTables) {
+  static const std::regex curve("<path d=\"M([^\"]*)Z\" fill=\"[^\"]*\" fill-opacity=\"0.2\"");
+  static const std::regex point("(-?[0-9.]+) (-?[0-9.]+)");
+  for (const auto& [name, from, to] : pairs()) {
+    std::vector<std::vector<double>> expected;
+    const std::vector<Row> rows = table(name, "orientation.csv");
+    for (const char* component : {"E_axial", "E_horizontal", "E_vertical", "gamma_max"})
+      for (const char* yarn : {"warp/2", "weft/2"})
+        for (const Row& row : rows) {
+          if (row.at("yarn") != yarn || row.at("component") != component) continue;
+          std::vector<double> values;
+          for (int angle = -75; angle <= 90; angle += 15)
+            values.push_back(number(row, (std::to_string(angle) + "_deg").c_str()));
+          if (std::any_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }))
+            expected.push_back(values);
+        }
+    for (const std::string& html : chapters(name, from, to)) {
+      const std::size_t start = html.find("<h3>Directions in which the strain hangs together</h3>");
+      ASSERT_EQ(start == std::string::npos, expected.empty());
+      if (expected.empty()) continue;
+      const std::string dials = html.substr(start);
+      std::vector<std::vector<double>> radii;
+      for (std::sregex_iterator match(dials.begin(), dials.end(), curve), end; match != end; ++match) {
+        const std::string path = (*match)[1];
+        auto& one = radii.emplace_back();
+        for (std::sregex_iterator at(path.begin(), path.end(), point); at != end; ++at)
+          one.push_back(std::hypot(std::stod((*at)[1]), std::stod((*at)[2])));
+      }
+      ASSERT_EQ(radii.size(), expected.size());
+      double largest_radius = 0, largest_value = 0;
+      for (std::size_t c = 0; c < radii.size(); ++c) {
+        ASSERT_EQ(radii[c].size(), 2 * expected[c].size()) << "both ends of a direction";
+        for (const double r : radii[c]) largest_radius = std::max(largest_radius, r);
+        for (const double x : expected[c]) largest_value = std::max(largest_value, x);  // also where it is NaN
+      }
+      ASSERT_GT(largest_value, 0.2) << "else the scale is another one";
+      for (std::size_t c = 0; c < radii.size(); ++c)
+        for (std::size_t k = 0; k < radii[c].size(); ++k) {
+          const double value = expected[c][k % expected[c].size()], shown = value > 0 ? value : 0;
+          EXPECT_NEAR(radii[c][k] / largest_radius, shown / largest_value, 4e-3) << "curve " << c << ", point " << k;
+        }
+    }
+  }
+}
+
+/// Expects each row of a report's table of branches to be a line of branches.csv. Returns how many there are, and how
+/// many close a loop.
+std::pair<int, int> expect_branches(const std::string& html, const std::vector<Row>& branches,
+                                    const std::map<std::string, std::array<double, 4>>& factors) {
+  int n = 0, n_loops = 0;
+  for (const Row& row : branches) {
+    const auto factor = factors.find(row.at("motion_unit") + " " + row.at("reaction_unit"));
+    if (factor == factors.end()) continue;
+    const auto& [motion, reaction, stiffness, work] = factor->second;
+    for (const auto& cells : rows_of(html, row.at("curve"))) {
+      if (cells.size() != 8 || cells[0] != row.at("stage") || cells[1] != row.at("branch")) continue;
+      const std::string what = row.at("curve") + ", " + row.at("stage");
+      const auto [from, to] = arrow(cells[2]);
+      const auto [start, end] = arrow(cells[3]);
+      const auto small = [](double x, double other) { return std::abs(x) <= 1e-6 * std::abs(other); };
+      const auto expect_end = [&](const std::string& text, const char* own, const char* other, double unit) {
+        const double value = number(row, own);
+        expect_begins(text, small(value, number(row, other)) ? 0 : unit * value, what, 4);
+      };
+      expect_end(from, "start_motion", "end_motion", motion);
+      expect_end(to, "end_motion", "start_motion", motion);
+      expect_end(start, "start_reaction", "end_reaction", reaction);
+      expect_end(end, "end_reaction", "start_reaction", reaction);
+      expect_begins(cells[4], stiffness * number(row, "initial_stiffness"), what);
+      expect_begins(cells[5], stiffness * number(row, "tangent_stiffness"), what);
+      EXPECT_EQ(cells[6].empty(), row.at("work").empty());
+      EXPECT_EQ(cells[7].empty(), row.at("loop_work").empty());
+      if (!row.at("work").empty()) expect_begins(cells[6], work * number(row, "work"), what);
+      if (!row.at("loop_work").empty()) expect_begins(cells[7], work * number(row, "loop_work"), what);
+      n_loops += !row.at("loop_work").empty();
+      ++n;
+    }
+  }
+  return {n, n_loops};
+}
+
+TEST_F(SameNumbers, OfBranchesInTheReportAndTable) {
+  const auto branches = read_csv(*folder_ / "run/branches.csv");
+  EXPECT_EQ(expect_branches(page_, branches, {{"1 N/m", {100, 1, 1e-3, 1}}}), (std::pair{2, 0})) << "warp and weft";
+}
+
+/// A fiber that is pulled, and let go in steps of another size: the steps leave a loop.
+TEST(SameNumbersOfBranches, OfALoopInTheReportAndTable) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "fiber.toml") << R"(title = "to and fro"
+[material.m]
+model = "isotropic"
+young_modulus = "1 GPa"
+poisson_ratio = 0
+[fiber_type.f]
+material = "m"
+diameter = "20 um"
+[[bundle]]
+name = "b"
+fiber_type = "f"
+fibers = 3
+points = [["0 mm", "0 mm", "0 mm"], ["1 mm", "0 mm", "0 mm"]]
+elements = 4
+[effects]
+contact = "none"
+[[body]]
+name = "left"
+[[body.tie]]
+fibers = "b"
+end = "start"
+[[body]]
+name = "right"
+[[body.tie]]
+fibers = "b"
+end = "end"
+[[stage]]
+name = "pull"
+increments = 2
+[[stage.drive]]
+bodies = "right"
+dof = "x"
+displacement = "100 um"
+[[stage]]
+name = "let go"
+increments = 3
+[[stage.drive]]
+bodies = "right"
+dof = "x"
+displacement = "-90 um"
+)";
+  const Outcome outcome = run(folder.path(), {TRAME_RUN_WORKFLOW, "fiber.toml", "--out", "run"}, without_pictures);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto [n, n_loops] = expect_branches(read_text(folder / "run/report.html"),
+                                            read_csv(folder / "run/branches.csv"), {{"m N", {1e6, 1e3, 1, 1e6}}});
+  EXPECT_EQ(n, 2);
+  EXPECT_EQ(n_loops, 1);
 }
 
 /// Facts of the fabric: in summary.json, at the head of the report, in the terminal, and in the report of strain_post.
