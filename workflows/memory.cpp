@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "micro/core/error.h"
-#include "workflows/terminal.h"
+#include "workflows/program/terminal.h"
 
 // Declared here, because the header's name and place depend on which BLAS the system prefers.
 extern "C" void dgemm_(const char*, const char*, const int*, const int*, const int*, const double*, const double*,

@@ -13,11 +13,11 @@
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/states/snapshot.h"
-#include "workflows/file_probe.h"
 #include "workflows/picture/display.h"
 #include "workflows/picture/patch_picture.h"
-#include "workflows/run_main.h"
-#include "workflows/saved_state.h"
+#include "workflows/program/file_probe.h"
+#include "workflows/program/run_main.h"
+#include "workflows/program/saved_state.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 #include "micro/scene/weave.h"
 #include "micro/weave/overlaps.h"
-#include "workflows/terminal.h"
+#include "workflows/program/terminal.h"
 
 namespace trame::workflows {
 

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "micro/core/timers.h"
-#include "workflows/output_directory.h"
-#include "workflows/run_main.h"
-#include "workflows/terminal.h"
+#include "workflows/program/output_directory.h"
+#include "workflows/program/run_main.h"
+#include "workflows/program/terminal.h"
 
 namespace trame::workflows {
 

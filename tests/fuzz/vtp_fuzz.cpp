@@ -5,7 +5,7 @@
 #include <vtkXMLPolyDataReader.h>
 
 #include "tests/fuzz/nodes_fuzz.h"
-#include "workflows/file_probe.h"
+#include "workflows/program/file_probe.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 /// \file
 /// A folder for the files of one test.
 
-#include "workflows/temporary_folder.h"
+#include "workflows/program/temporary_folder.h"
 
 namespace trame::test {
 

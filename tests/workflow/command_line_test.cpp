@@ -1,4 +1,4 @@
-#include "workflows/command_line.h"
+#include "workflows/program/command_line.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "workflows/output_directory.h"
+#include "workflows/program/output_directory.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "workflows/terminal.h"
+#include "workflows/program/terminal.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -6,7 +6,7 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "workflows/environment.h"
+#include "workflows/program/environment.h"
 #include "workflows/scene_overview.h"
 
 namespace trame::workflows {

@@ -13,13 +13,13 @@
 #include "workflows/accuracy/study.h"
 #include "workflows/accuracy/study_tables.h"
 #include "workflows/accuracy/work_precision.h"
-#include "workflows/child_process.h"
-#include "workflows/command_line.h"
-#include "workflows/environment.h"
-#include "workflows/output_directory.h"
-#include "workflows/report/gnuplot.h"
-#include "workflows/run_main.h"
-#include "workflows/terminal.h"
+#include "workflows/program/child_process.h"
+#include "workflows/program/command_line.h"
+#include "workflows/program/environment.h"
+#include "workflows/program/gnuplot.h"
+#include "workflows/program/output_directory.h"
+#include "workflows/program/run_main.h"
+#include "workflows/program/terminal.h"
 
 namespace trame::workflows {
 

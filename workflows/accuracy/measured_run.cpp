@@ -9,7 +9,7 @@
 #include <chrono>
 #include <utility>
 
-#include "workflows/child_process.h"
+#include "workflows/program/child_process.h"
 
 namespace trame::workflows {
 

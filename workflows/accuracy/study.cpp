@@ -12,7 +12,7 @@
 
 #include "micro/core/error.h"
 #include "workflows/accuracy/measured_run.h"
-#include "workflows/workflow.h"
+#include "workflows/program/run_main.h"
 
 namespace trame::workflows {
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <set>
 
-#include "workflows/csv.h"
-#include "workflows/terminal.h"
+#include "workflows/program/csv.h"
+#include "workflows/program/terminal.h"
 
 namespace trame::workflows {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "workflows/accuracy/study_tables.h"
-#include "workflows/report/gnuplot.h"
+#include "workflows/program/gnuplot.h"
 
 namespace trame::workflows {
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "micro/scene/named_test.h"
-#include "workflows/csv.h"
+#include "workflows/program/csv.h"
 
 namespace trame::workflows {
 

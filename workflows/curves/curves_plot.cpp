@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "micro/core/whole_file.h"
-#include "workflows/report/gnuplot.h"
+#include "workflows/program/gnuplot.h"
 
 namespace trame::workflows {
 

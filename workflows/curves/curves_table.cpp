@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "micro/core/error.h"
-#include "workflows/csv.h"
+#include "workflows/program/csv.h"
 
 namespace trame::workflows {
 

@@ -10,7 +10,7 @@
 #include "micro/scene/named_test.h"
 #include "micro/scene/weave.h"
 #include "workflows/curves/curves_plot.h"
-#include "workflows/report/gnuplot.h"
+#include "workflows/program/gnuplot.h"
 #include "workflows/report/html.h"
 
 namespace trame::workflows {

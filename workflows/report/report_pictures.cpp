@@ -11,9 +11,9 @@
 #include <string_view>
 #include <utility>
 
-#include "workflows/child_process.h"
+#include "workflows/program/child_process.h"
+#include "workflows/program/temporary_folder.h"
 #include "workflows/report/html.h"
-#include "workflows/temporary_folder.h"
 
 namespace trame::workflows {
 

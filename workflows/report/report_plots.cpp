@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "workflows/report/gnuplot.h"
+#include "workflows/program/gnuplot.h"
 #include "workflows/report/html.h"
 
 namespace trame::workflows {

@@ -21,7 +21,7 @@
 #include "micro/core/quantity.h"
 #include "micro/core/text.h"
 #include "micro/fiber/lagrange.h"
-#include "workflows/file_probe.h"
+#include "workflows/program/file_probe.h"
 
 namespace trame::workflows {
 namespace {

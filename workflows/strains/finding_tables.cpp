@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "workflows/csv.h"
+#include "workflows/program/csv.h"
 
 namespace trame::workflows {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "meso/comparison.h"
-#include "workflows/csv.h"
+#include "workflows/program/csv.h"
 
 namespace trame::workflows {
 

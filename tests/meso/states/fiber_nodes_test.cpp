@@ -15,7 +15,7 @@
 #include "tests/support/lattice_yarns.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/text_file.h"
-#include "workflows/file_probe.h"
+#include "workflows/program/file_probe.h"
 
 namespace trame::workflows {
 namespace {

@@ -1,4 +1,4 @@
-#include "workflows/environment.h"
+#include "workflows/program/environment.h"
 
 #include <unistd.h>
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "micro/core/whole_file.h"
-#include "workflows/folder_lock.h"
+#include "workflows/program/folder_lock.h"
 
 namespace trame::workflows {
 

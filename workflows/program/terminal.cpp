@@ -1,4 +1,4 @@
-#include "workflows/terminal.h"
+#include "workflows/program/terminal.h"
 
 #include <fmt/format.h>
 #include <pthread.h>

@@ -1,4 +1,4 @@
-#include "workflows/report/gnuplot.h"
+#include "workflows/program/gnuplot.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <iterator>
 #include <string_view>
 
-#include "workflows/child_process.h"
-#include "workflows/temporary_folder.h"
+#include "workflows/program/child_process.h"
+#include "workflows/program/temporary_folder.h"
 
 namespace trame::workflows {
 

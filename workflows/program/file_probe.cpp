@@ -1,4 +1,4 @@
-#include "workflows/file_probe.h"
+#include "workflows/program/file_probe.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "workflows/saved_state.h"
+#include "workflows/program/saved_state.h"
 
 #include <fmt/format.h>
 

@@ -25,8 +25,9 @@ inline constexpr const char* exit_codes_text =
     "because the solver gave up or the disk is full, with everything up to there saved.";
 
 /// The body of `main`: opens standard streams that are closed on /dev/null, runs `body`, and turns every exception into
-/// one sentence on standard error and an exit code. A file that grows beyond a limit (ulimit -f) is an error of writing,
-/// not the end of the process. Under a limit of address space (ulimit -v) OpenBLAS is prepared for it (environment.h).
+/// one sentence on standard error and an exit code. A file that grows beyond a limit (ulimit -f) is an error of
+/// writing, not the end of the process. Under a limit of address space (ulimit -v) OpenBLAS is prepared for it
+/// (environment.h).
 [[nodiscard]] int run_main(const std::string& program, char** argv, const std::function<int()>& body);
 
 /// Reads a command line into what `app` has. False where it asked for help or the version, which are then printed.

@@ -1,4 +1,4 @@
-#include "workflows/run_main.h"
+#include "workflows/program/run_main.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -23,7 +23,7 @@
 #include "micro/core/error.h"
 #include "micro/core/quantity.h"
 #include "micro/core/text.h"
-#include "workflows/environment.h"
+#include "workflows/program/environment.h"
 
 namespace trame::workflows {
 

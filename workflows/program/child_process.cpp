@@ -1,4 +1,4 @@
-#include "workflows/child_process.h"
+#include "workflows/program/child_process.h"
 
 #include <fcntl.h>
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-#include "workflows/command_line.h"
+#include "workflows/program/command_line.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "micro/core/error.h"
-#include "workflows/run_main.h"
+#include "workflows/program/run_main.h"
 
 namespace trame::workflows {
 

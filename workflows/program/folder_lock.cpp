@@ -1,4 +1,4 @@
-#include "workflows/folder_lock.h"
+#include "workflows/program/folder_lock.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
