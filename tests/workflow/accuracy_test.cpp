@@ -174,6 +174,21 @@ TEST(AccuracyProfile, FingerprintIsThatOfWhatCounts) {
   EXPECT_NE(fingerprint("a = \"x # y\"\n[b]\nc = 12\n"), fingerprint(scene));
 }
 
+TEST(AccuracyProfile, ThoseOfTheDataFolderFitTheirScenes) {
+  int n = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::string(TRAME_DATA_DIR) + "/accuracy")) {
+    const std::filesystem::path& file = entry.path();
+    if (file.extension() != ".json" || file.stem().extension() == ".closed_form") continue;
+    const Scene scene = data_scene(file.stem().string());
+    const Profile profile = read_profile_of(file, scene);
+    EXPECT_EQ(profile.scene, scene.name);
+    for (const ProfileRun& run : profile.runs)
+      EXPECT_NO_THROW((void)with_settings(scene, run.settings)) << file << ": " << text(run.settings);
+    ++n;
+  }
+  EXPECT_GE(n, 4);
+}
+
 TEST(AccuracyProfile, LiesInTheDataFolderOrBesideTheScene) {
   const TemporaryFolder data;
   std::filesystem::create_directory(data / "scenes");
