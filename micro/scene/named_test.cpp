@@ -206,8 +206,8 @@ void compaction(const NamedTest& test, StageBuilder& stage) {
   for (const std::string_view plate : plate_names) stage.strain(std::string(plate), BodyDof::z, -*test.strain);
 }
 
-/// Fibers that lie on each other all through the thickness resist the more steeply, the fewer ways are left to bend: what
-/// they press into each other, other tests' hundredth of a radius, would hide the hysteresis.
+/// Fibers that lie on each other all through the thickness resist the more steeply, the fewer ways are left to bend:
+/// what they press into each other, other tests' hundredth of a radius, would hide the hysteresis.
 constexpr double compaction_penetration = 0.001;
 
 void add_plates(const SceneValue& kind, Scene& scene) {

@@ -14,6 +14,7 @@ namespace {
 
 std::string text_of(const toml::node* node) {
   if (!node) return "not given";
+  if (const auto* number = node->as_floating_point()) return fmt::format("{}", number->get());
   std::ostringstream text;
   node->visit([&](const auto& value) { text << value; });
   return text.str();

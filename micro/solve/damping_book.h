@@ -10,8 +10,8 @@
 
 namespace trame::micro {
 
-/// Work of forces on vectors of a state, each of which goes over a step from what it was after the last one to what it is
-/// now: Σ ½ (f_n + f)·motion.
+/// Work of forces on vectors of a state, each of which goes over a step from what it was after the last one to what it
+/// is now: Σ ½ (f_n + f)·motion.
 struct DampingBook {
   double dissipated = 0;
   std::vector<Vec3> force;  ///< after the last step

@@ -45,8 +45,8 @@ class StepControl {
   bool took_whole_step_ = true;
 };
 
-/// For paths of equilibria: what is soft is damped until it stays in a ball in which the tangent is trusted, and no step
-/// is longer than `step_cap`.
+/// For paths of equilibria: what is soft is damped until it stays in a ball in which the tangent is trusted, and no
+/// step is longer than `step_cap`.
 class DampedSoftModes final : public StepControl {
  public:
   using StepControl::StepControl;

@@ -192,7 +192,7 @@ TEST_F(Resume, OfAnotherSceneIsRefused) {
     return refusal(other, file("states.h5"));
   };
   EXPECT_NE(changed("\"3 GPa\"", "\"4 GPa\"")
-                .find("of another scene: material.polyamide.young_modulus is '3 GPa' there and '4 GPa' here"),
+                .find("of another scene: material.pa66.young_modulus is '3 GPa' there and '4 GPa' here"),
             std::string::npos);
   EXPECT_NE(changed("friction_coefficient = 0.2", "friction_coefficient = 0.3")
                 .find("contact.friction_coefficient is 0.2 there and 0.3 here"),
