@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <initializer_list>
+#include <string_view>
 #include <utility>
+#include <vector>
 
 #include "micro/core/error.h"
 #include "micro/scene/scene_difference.h"
@@ -28,24 +31,24 @@ void keep_stage(Archive& archive, StageState& at, StageModel& model, NewtonSolve
   throw InputError(fmt::format("--resume: {} is damaged: {}", resumption.states.string(), error.what()));
 }
 
-/// What of two scenes differs, but for names, titles and stages; empty where nothing does.
-std::string difference(const Scene& a, const Scene& b) {
-  std::string parts;
-  const auto compare = [&](bool same, const char* what) {
-    if (!same) parts += (parts.empty() ? "" : ", ") + std::string(what);
+/// The tables of two scenes, as they stand at their top, in which these differ, but for names, titles and stages.
+std::vector<std::string_view> differing_tables(const Scene& a, const Scene& b) {
+  std::vector<std::string_view> tables;
+  const auto compare = [&](bool same, std::initializer_list<std::string_view> of) {
+    if (!same) tables.insert(tables.end(), of);
   };
-  compare(a.materials == b.materials, "materials");
-  compare(a.fiber_types == b.fiber_types, "fiber types");
-  compare(a.fibers == b.fibers, "fibers");
-  compare(a.bundles == b.bundles, "bundles");
-  compare(a.weave == b.weave, "weave");
-  compare(a.bodies == b.bodies, "bodies");
+  compare(a.materials == b.materials, {"material"});
+  compare(a.fiber_types == b.fiber_types, {"fiber_type"});
+  compare(a.fibers == b.fibers, {"fiber"});
+  compare(a.bundles == b.bundles, {"bundle"});
+  compare(a.weave == b.weave, {"weave", "yarn"});
+  compare(a.bodies == b.bodies, {"body"});
   compare(a.twist_stretch == b.twist_stretch && a.contact.scope == b.contact.scope &&
               a.contact.self_contact == b.contact.self_contact && a.contact.friction == b.contact.friction,
-          "effects");
-  compare(a.contact == b.contact, "contact");
-  compare(a.solver == b.solver, "solver");
-  return parts;
+          {"effects"});
+  compare(a.contact == b.contact, {"contact"});
+  compare(a.solver == b.solver, {"solver"});
+  return tables;
 }
 
 /// Fails unless the scene that was run is the one at hand, but for stages that have not begun.
@@ -57,9 +60,9 @@ void require_same_scene(const SnapshotHeader& header, const Scene& scene, const 
   if (header.scene_text == scene.text) return;
   // As they were read, without the changes of a command line.
   const Scene theirs = parse_scene(header.scene_text, header.scene_name), ours = parse_scene(scene.text, scene.name);
-  if (const std::string parts = difference(theirs, ours); !parts.empty()) {
-    const std::string key = scene_difference(header.scene_text, scene.text);
-    fail(key.empty() ? "not the same " + parts : key);
+  if (const auto tables = differing_tables(theirs, ours); !tables.empty()) {
+    const std::string key = scene_difference(header.scene_text, scene.text, tables);
+    fail(key.empty() ? fmt::format("not the same {}", fmt::join(tables, ", ")) : key);
   }
   for (std::size_t i = 0; i < at.stage + (at.within ? 1 : 0); ++i) {
     if (i >= theirs.stages.size()) throw ArchiveError("a stage that the scene has not");

@@ -25,8 +25,7 @@ std::string differing(const std::string& key, const toml::node* there, const tom
 std::string in_tables(const std::string& key, const toml::table& there, const toml::table& here) {
   const auto of = [&](const toml::table& keys) {
     for (const auto& [name, node] : keys) {
-      if (key.empty() && (name == "title" || name == "stage" || name == "test")) continue;
-      const std::string inside = key.empty() ? std::string(name.str()) : fmt::format("{}.{}", key, name.str());
+      const std::string inside = fmt::format("{}.{}", key, name.str());
       if (std::string found = differing(inside, there.get(name), here.get(name)); !found.empty()) return found;
     }
     return std::string();
@@ -44,6 +43,7 @@ std::string in_arrays(const std::string& key, const toml::array& there, const to
 
 /// Empty where they are the same.
 std::string differing(const std::string& key, const toml::node* there, const toml::node* here) {
+  if (!there && !here) return {};
   if (there && here && there->is_table() && here->is_table())
     return in_tables(key, *there->as_table(), *here->as_table());
   if (there && here && there->is_array_of_tables() && here->is_array_of_tables())
@@ -56,12 +56,16 @@ std::string differing(const std::string& key, const toml::node* there, const tom
 
 }  // namespace
 
-std::string scene_difference(const std::string& there, const std::string& here) {
+std::string scene_difference(const std::string& there, const std::string& here,
+                             const std::vector<std::string_view>& tables) {
   try {
-    return in_tables("", toml::parse(there), toml::parse(here));
-  } catch (const toml::parse_error&) {
-    return {};
+    const toml::table theirs = toml::parse(there), ours = toml::parse(here);
+    for (const std::string_view table : tables)
+      if (std::string found = differing(std::string(table), theirs.get(table), ours.get(table)); !found.empty())
+        return found;
+  } catch (const toml::parse_error&) {  // of a text that is no scene
   }
+  return {};
 }
 
 }  // namespace trame::micro

@@ -197,6 +197,11 @@ TEST_F(Resume, OfAnotherSceneIsRefused) {
   EXPECT_NE(changed("friction_coefficient = 0.2", "friction_coefficient = 0.3")
                 .find("contact.friction_coefficient is 0.2 there and 0.3 here"),
             std::string::npos);
+  other.text = scene.text;
+  other.text.replace(other.text.find("friction_coefficient = 0.2"), 26, "friction_coefficient = 0.3");
+  other.text.replace(other.text.find("diameter = \"20 um\""), 18, "diameter = \"20.0 um\"");
+  EXPECT_NE(refusal(other, file("states.h5")).find("contact.friction_coefficient is 0.2 there"), std::string::npos)
+      << "the same diameter in other words is no difference";
   EXPECT_NE(changed("\"-20 um\"", "\"-19 um\"").find("stage push differs"), std::string::npos);
   EXPECT_EQ(changed("Two crossing", "Crossing"), "") << "a title makes no difference";
   EXPECT_NE(refusal(scene, file("states.h5"), "--alpha 1").find("is of a run with the scene as it is, not --alpha 1"),
