@@ -149,27 +149,29 @@ class Softness {
     deepest_ = std::max(deepest_, depth);
     pressing_ += force;
     if (depth > target_) pressing_deep_ += force;
-    across_ = across_ || (gap > 0 && depth > target_);
+    presses_across_ = presses_across_ || (gap > 0 && depth > target_);
   }
   /// `elastic_energy` as large as it is by the slack of all tolerances.
   [[nodiscard]] bool is_too_soft(double elastic_energy) const {
     constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
     // Of thousands of contacts a few that press next to nothing are deeper than the rest.
     constexpr double tolerated_share = 0.01;  // of all forces
-    return across_ || deepest_ > deepest_over_target * target_ || pressing_deep_ > tolerated_share * pressing_ ||
+    return deepest_ > deepest_over_target * target_ || pressing_deep_ > tolerated_share * pressing_ ||
            lost_ > tolerated_softness * elastic_energy;
   }
+  /// Whether a contact presses across a gap, which no law does, be it one of thousands.
+  [[nodiscard]] bool presses_across() const { return presses_across_; }
 
  private:
   double target_;
   double lost_ = 0;  // ½ f p: by so much the stored energy would rise without penetration
   double deepest_ = 0, pressing_ = 0, pressing_deep_ = 0;
-  bool across_ = false;  // no law presses across a gap, be it one contact of thousands
+  bool presses_across_ = false;
 };
 
-/// Raises what presses of contact elements at an equilibrium, where they are too soft for an answer (`Softness`). An
-/// element has `gap()` and `force(p_reg)`; `radius_of` and `regularisation_of` give a length for it. Returns whether
-/// anything has been raised.
+/// Raises what presses of contact elements at an equilibrium, where they are too soft for an answer (`Softness`); where
+/// some press across a gap and the rest will do, those that are far from touching. An element has `gap()` and
+/// `force(p_reg)`; `radius_of` and `regularisation_of` give a length for it. Returns whether anything has been raised.
 template <class Element, class RadiusOf, class RegularisationOf>
 bool raise_where_too_soft(std::vector<Element>& elements, double target, double elastic_energy, RadiusOf&& radius_of,
                           RegularisationOf&& regularisation_of) {
@@ -179,11 +181,14 @@ bool raise_where_too_soft(std::vector<Element>& elements, double target, double 
     const double f = e.stuck ? 0 : e.force(regularisation_of(e));
     if (f > 0) softness.add(e.gap(), f, radius_of(e));
   }
-  if (!softness.is_too_soft(elastic_energy)) return false;
+  const bool all = softness.is_too_soft(elastic_energy);
+  if (!all && !softness.presses_across()) return false;
+  constexpr double far = 0.5;  // of the target
   bool changed = false;
   for (Element& e : elements) {
     const double p_reg = regularisation_of(e), f = e.force(p_reg);
-    if (f > 0 && !e.stuck) changed = e.raise(e.gap(), f, p_reg) || changed;
+    if (f > 0 && !e.stuck && (all || std::abs(e.gap()) > far * target * radius_of(e)))
+      changed = e.raise(e.gap(), f, p_reg) || changed;
   }
   return changed;
 }

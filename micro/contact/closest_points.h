@@ -31,6 +31,10 @@ struct Chord {
     h(0, 1) = h(1, 0) = -at_a.tangent.dot(at_b.tangent);
     return h;
   }
+  /// Of the angle at which the fibers cross.
+  [[nodiscard]] double cosine() const {
+    return at_a.tangent.dot(at_b.tangent) / (at_a.tangent.norm() * at_b.tangent.norm());
+  }
 };
 
 /// The chord between given feet.

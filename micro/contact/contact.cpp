@@ -284,7 +284,11 @@ void Contact::update(const State& state, bool keep) {
   };
   std::vector<Found> found;
   std::vector<char> found_again(before.size(), 0);
-  for (Proximity& p : find_proximities(field_, state, law_.search)) {
+  std::vector<KnownPoint> known_points;
+  for (const ContactHistory& h : history_)
+    if (h.point && (h.touches || h.preload > 0))
+      known_points.push_back({h.fiber_a, h.fiber_b, h.image, h.s_a, h.s_b, h.length});
+  for (Proximity& p : find_proximities(field_, state, law_.search, known_points)) {
     const double near = p.point ? mean_radius(p.fiber_a(), p.fiber_b()) : 0.25 * spacing(p.fiber_a(), p.fiber_b());
     const ContactElement* same = same_place(field_, sorted_before, p, near);
     if (same && found_again[same - before.data()]) {

@@ -2,7 +2,9 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -78,6 +80,11 @@ double sample_reach(const FiberField& field, const ProximitySearch& search, Inde
 /// A fiber is always near itself along its own course.
 double least_arc_between(const FiberField& field, const ProximitySearch& search, Index fiber) {
   return 6 * field.mesh().radius[fiber] + 2 * fiber_spacing(field, search, fiber);
+}
+
+/// How far feet may go until they are found: they are looked for from the nearest samples.
+double within_samples(const FiberField& field, const ProximitySearch& search, Index a, Index b) {
+  return 2 * (fiber_spacing(field, search, a) + fiber_spacing(field, search, b));
 }
 
 std::uint64_t cell_of(const Vec3& r, double cell_size) {
@@ -319,7 +326,7 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
                                      const Candidate& c) {
   const double spacing = pair_sampling(field, search, c.a.fiber, c.b.fiber).spacing;
   const double contact = reach(field, search, c.a.fiber, c.b.fiber);
-  const double within = 2 * (fiber_spacing(field, search, c.a.fiber) + fiber_spacing(field, search, c.b.fiber));
+  const double within = within_samples(field, search, c.a.fiber, c.b.fiber);
   double tau = (static_cast<double>(c.k) + 0.5) * spacing;
   auto chord = chord_at_mean_arc_length(field, state, c.a, c.b, c.sense, tau, c.u, within);
   if (!chord || chord->c.norm() > 2 * contact + spacing) return std::nullopt;
@@ -335,6 +342,31 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   if (chord->c.norm() > contact) return std::nullopt;
   if (is_own_course(field, search, chord->a, chord->b)) return std::nullopt;
   return Proximity{*chord, part.high - part.low, 1, false, {0, static_cast<double>(c.sense), tau}};
+}
+
+/// How far the distance of two fibers rises within half a spacing of a lowest point, to the side where it rises less;
+/// without bound where a fiber ends there.
+double rise_beside(const FiberField& field, const State& state, const Chord& chord, double sense, double spacing,
+                   double within) {
+  constexpr std::array parts{1.0, 0.5, 0.25};  // of half a spacing, within which strongly curved fibers come back
+  constexpr double boundless = std::numeric_limits<double>::infinity();
+  const double tau = 0.5 * (chord.a.s + sense * chord.b.s), u = 0.5 * (chord.a.s - sense * chord.b.s);
+  const auto is_on_fiber = [&](const Foot& foot) {
+    const FiberField::Ends ends = field.ends(foot.fiber);
+    return foot.s > ends.start && foot.s < ends.end;
+  };
+  double least = boundless;
+  for (const double side : {-0.5 * spacing, 0.5 * spacing}) {
+    double rise = 0;
+    for (const double part : parts) {
+      const auto beside =
+          chord_at_mean_arc_length(field, state, chord.a, chord.b, sense, tau + part * side, u, within);
+      if (!beside || !is_on_fiber(beside->a) || !is_on_fiber(beside->b)) return boundless;
+      rise = std::max(rise, beside->c.norm() - chord.c.norm());
+    }
+    least = std::min(least, rise);
+  }
+  return least;
 }
 
 /// Which share of its surroundings a foot's fiber covers: half at an end.
@@ -366,41 +398,81 @@ void bring_into_period(const FiberField& field, const State& state, Chord& chord
   chord.c = there.c;
 }
 
-/// A point contact; nothing where its fibers are apart, or stay at this distance along a line.
+/// What holds a point contact where it is: as much as its valley lacks to the curvature that makes a point of it.
+Hold hold_at(const FiberField& field, const ProximitySearch& search, const Chord& chord) {
+  const Index a = chord.a.fiber, b = chord.b.fiber;
+  const double sum = sum_of_radii(field, a, b), spacing = pair_sampling(field, search, a, b).spacing,
+               steep = rise_of_points * smaller_radius(field, a, b) / rise_over_half_spacing(1, spacing);
+  // Sections that tilt against the chord as the feet slide can make a valley of the gap shallower than the distance's.
+  const bool has_sections = field.model(a) == FiberModel::enriched || field.model(b) == FiberModel::enriched;
+  const double least = has_sections ? std::max(steep, 0.25 / sum) : steep;
+  const int sense = sense_of(chord.cosine());
+  return {std::max(0.0, least - valley_curvature(chord, sense, 0.5 * sum)) * chord.c.norm(),
+          static_cast<double>(sense), 0.5 * (chord.a.s + sense * chord.b.s)};
+}
+
+bool is_at_end(const FiberField& field, const Foot& foot) {
+  const FiberField::Ends ends = field.ends(foot.fiber);
+  return foot.s <= ends.start || foot.s >= ends.end;
+}
+
+/// Which share of a lowest point's surroundings it stands for, by how far the distance rises.
+double share_of_point(const FiberField& field, const State& state, const ProximitySearch& search, const Chord& chord,
+                      double sense) {
+  const Index a = chord.a.fiber, b = chord.b.fiber;
+  const double sum = sum_of_radii(field, a, b), d = std::max(chord.c.norm(), 0.5 * sum),
+               spacing = pair_sampling(field, search, a, b).spacing, radius = smaller_radius(field, a, b);
+  // From an end the distance rises at once.
+  double rise = rise_over_half_spacing(valley_curvature(chord, sense, 0.5 * sum), spacing);
+  if (is_at_end(field, chord.a)) rise += std::abs(chord.slope()[0]) / d * 0.5 * spacing;
+  if (is_at_end(field, chord.b)) rise += std::abs(chord.slope()[1]) / d * 0.5 * spacing;
+  // Where elements join, curvature jumps: a valley that is steep at its lowest point need not be so all around.
+  if (share_of_samples(rise, radius) < 1)
+    rise = std::min(rise, rise_beside(field, state, chord, sense, spacing, within_samples(field, search, a, b)));
+  return 1 - share_of_samples(rise, radius);
+}
+
+/// A point contact on a chord, the lowest point of a valley or held near one, with at least a part of a length; nothing
+/// where its fibers are apart, or stay at this distance along a line.
+std::optional<Proximity> point_on(const FiberField& field, const State& state, const ProximitySearch& search,
+                                  Chord chord, double share, double least_length) {
+  const Index a = chord.a.fiber, b = chord.b.fiber;
+  if (chord.c.norm() > reach(field, search, a, b) || is_own_course(field, search, chord.a, chord.b))
+    return std::nullopt;
+  if (field.come_back_together(a, b)) bring_into_period(field, state, chord);
+  const double whole =
+      std::min(covered_share(field, chord.a), covered_share(field, chord.b)) * sum_of_radii(field, a, b);
+  share = std::clamp(least_length / whole, share, 1.0);
+  // Tips have no contact with tips.
+  if (is_at_end(field, chord.a)) share *= share_beside_end(field, chord.b);
+  if (is_at_end(field, chord.b)) share *= share_beside_end(field, chord.a);
+  if (share < least_share) return std::nullopt;
+  return Proximity{chord, share * whole, share, true, hold_at(field, search, chord)};
+}
+
 std::optional<Proximity> make_point(const FiberField& field, const State& state, const ProximitySearch& search,
                                     const Foot& a, const Foot& b) {
-  const double spacing = pair_sampling(field, search, a.fiber, b.fiber).spacing;
-  const double within = 2 * (fiber_spacing(field, search, a.fiber) + fiber_spacing(field, search, b.fiber));
-  auto chord = shortest_chord(field, state, a, b, within);
-  if (!chord || chord->c.norm() > reach(field, search, a.fiber, b.fiber)) return std::nullopt;
-  if (is_own_course(field, search, chord->a, chord->b)) return std::nullopt;
-  if (field.come_back_together(a.fiber, b.fiber)) bring_into_period(field, state, *chord);
-  const double sum = sum_of_radii(field, a.fiber, b.fiber), d = std::max(chord->c.norm(), 0.5 * sum);
-  const int sense = sense_of(chord->at_a.tangent.dot(chord->at_b.tangent) /
-                             (chord->at_a.tangent.norm() * chord->at_b.tangent.norm()));
-  const auto at_end = [&](const Foot& f) { return f.s <= field.ends(f.fiber).start || f.s >= field.ends(f.fiber).end; };
-  // From an end the distance rises at once.
-  double rise = rise_over_half_spacing(valley_curvature(*chord, sense, 0.5 * sum), spacing);
-  if (at_end(chord->a)) rise += std::abs(chord->slope()[0]) / d * 0.5 * spacing;
-  if (at_end(chord->b)) rise += std::abs(chord->slope()[1]) / d * 0.5 * spacing;
-  double share = 1 - share_of_samples(rise, smaller_radius(field, a.fiber, b.fiber));
-  const double covered = std::min(covered_share(field, chord->a), covered_share(field, chord->b));
-  // Tips have no contact with tips.
-  if (at_end(chord->a)) share *= share_beside_end(field, chord->b);
-  if (at_end(chord->b)) share *= share_beside_end(field, chord->a);
-  if (share < least_share) return std::nullopt;
-  // What the valley lacks to the curvature that makes a point of it.
-  const double steep = rise_of_points * smaller_radius(field, a.fiber, b.fiber) / rise_over_half_spacing(1, spacing);
-  // Sections that tilt against the chord as the feet slide can make a valley of the gap shallower than the distance's.
-  const bool has_sections =
-      field.model(a.fiber) == FiberModel::enriched || field.model(b.fiber) == FiberModel::enriched;
-  const double least = has_sections ? std::max(steep, 0.25 / sum) : steep;
-  const double held_by = std::max(0.0, least - valley_curvature(*chord, sense, 0.5 * sum)) * chord->c.norm();
-  return Proximity{*chord,
-                   share * covered * sum,
-                   share,
-                   true,
-                   {held_by, static_cast<double>(sense), 0.5 * (chord->a.s + sense * chord->b.s)}};
+  const auto chord = shortest_chord(field, state, a, b, within_samples(field, search, a.fiber, b.fiber));
+  if (!chord) return std::nullopt;
+  return point_on(field, state, search, *chord,
+                  share_of_point(field, state, search, *chord, sense_of(chord->cosine())), 0);
+}
+
+/// A known point stays where it is, should there be no lowest point near it any more, and loses what it stands for but
+/// slowly. Near an end it may go at once: which tips touch there tells more than what was before.
+std::optional<Proximity> keep_point(const FiberField& field, const State& state, const ProximitySearch& search,
+                                    const KnownPoint& known) {
+  constexpr double kept = 0.9;
+  const Foot a{known.fiber_a, known.s_a, {}}, b{known.fiber_b, known.s_b, known.image};
+  if (std::min(covered_share(field, a), covered_share(field, b)) < 1) return std::nullopt;
+  const double within = within_samples(field, search, a.fiber, b.fiber), near = smaller_radius(field, a.fiber, b.fiber);
+  const auto held =
+      shortest_chord(field, state, a, b, within, hold_at(field, search, chord_between(field, state, a, b)));
+  if (!held) return std::nullopt;
+  const auto lowest = shortest_chord(field, state, a, b, within);
+  const bool is_near = lowest && std::abs(lowest->a.s - a.s) < near && std::abs(lowest->b.s - b.s) < near;
+  const double share = is_near ? share_of_point(field, state, search, *lowest, sense_of(lowest->cosine())) : 0;
+  return point_on(field, state, search, *held, share, kept * known.length);
 }
 
 /// Pairs of samples of two fibers that are nearer than their neighbours along either fiber or both.
@@ -432,11 +504,12 @@ std::vector<std::pair<const Near*, const Near*>> by_fibers(const std::vector<Nea
 class PairSearch {
  public:
   PairSearch(const FiberField& field, const State& state, const ProximitySearch& search, const Near* begin,
-             const Near* end)
-      : field_(field), state_(state), search_(search), begin_(begin), end_(end) {}
+             const Near* end, std::span<const KnownPoint> known)
+      : field_(field), state_(state), search_(search), begin_(begin), end_(end), known_(known) {}
 
   [[nodiscard]] std::vector<Proximity> find() {
     add_samples();
+    add_known_points();
     add_points();
     cover();
     share_with_points();
@@ -524,18 +597,28 @@ class PairSearch {
     if (p && !is_known(*p)) found_.push_back(*p);
   }
 
+  void add_known_points() {
+    first_known_ = end_known_ = found_.size();
+    for (const KnownPoint& k : known_)
+      if (const auto p = keep_point(field_, state_, search_, k); p && !is_known(*p)) found_.push_back(*p);
+    end_known_ = found_.size();
+  }
+
   [[nodiscard]] bool is_last(const Sample& s) const {
     if (field_.mesh().period(s.fiber) >= 0) return false;
     return s.number == 0 || s.s + fiber_spacing(field_, search_, s.fiber) > field_.mesh().length(s.fiber);
   }
 
-  /// Whether the same place was found from another guess.
+  /// Whether the same place was found from another guess, or a known point is held near it.
   [[nodiscard]] bool is_known(const Proximity& p) const {
-    const double same = 1e-3 * smaller_radius(field_, p.fiber_a(), p.fiber_b());
-    return std::any_of(found_.begin(), found_.end(), [&](const Proximity& q) {
+    const double near = smaller_radius(field_, p.fiber_a(), p.fiber_b()), same = 1e-3 * near;
+    const auto is_within = [&](const Proximity& q, double distance) {
       const Vec2 ds = apart(p, q.s_a(), q.s_b());
-      return q.point == p.point && std::abs(ds[0]) < same && std::abs(ds[1]) < same;
-    });
+      return q.point == p.point && std::abs(ds[0]) < distance && std::abs(ds[1]) < distance;
+    };
+    const auto known = std::span(found_).subspan(first_known_, end_known_ - first_known_);
+    return std::any_of(found_.begin(), found_.end(), [&](const Proximity& q) { return is_within(q, same); }) ||
+           std::any_of(known.begin(), known.end(), [&](const Proximity& q) { return is_within(q, near); });
   }
 
   /// How far a place of the pair is from given arc lengths.
@@ -547,7 +630,9 @@ class PairSearch {
   const State& state_;
   const ProximitySearch& search_;
   const Near *begin_, *end_;
+  std::span<const KnownPoint> known_;
   std::vector<Proximity> found_;
+  std::size_t first_known_ = 0, end_known_ = 0;  // of what has been found
 };
 
 }  // namespace
@@ -579,7 +664,8 @@ double share_of_samples(double rise, double radius) {
   return 1 - smooth_step((rise / radius - rise_of_samples) / (rise_of_points - rise_of_samples));
 }
 
-std::vector<Proximity> find_proximities(const FiberField& field, const State& state, const ProximitySearch& search) {
+std::vector<Proximity> find_proximities(const FiberField& field, const State& state, const ProximitySearch& search,
+                                        std::span<const KnownPoint> known) {
   const FiberMesh& mesh = field.mesh();
   if (mesh.n_fibers() == 0) return {};
   double cell_size = 0;
@@ -589,8 +675,15 @@ std::vector<Proximity> find_proximities(const FiberField& field, const State& st
   const auto pairs = by_fibers(near);
   std::vector<std::vector<Proximity>> of_pair(pairs.size());
 #pragma omp parallel for schedule(dynamic, 64)
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    of_pair[i] = PairSearch(field, state, search, pairs[i].first, pairs[i].second).find();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const auto [begin, end] = pairs[i];
+    const auto pair = std::make_tuple(begin->a->fiber, begin->b->fiber, begin->b->image);
+    const auto first = std::lower_bound(known.begin(), known.end(), pair,
+                                        [](const KnownPoint& k, const auto& p) { return k.pair() < p; });
+    const auto last = std::upper_bound(first, known.end(), pair,
+                                       [](const auto& p, const KnownPoint& k) { return p < k.pair(); });
+    of_pair[i] = PairSearch(field, state, search, begin, end, {first, last}).find();
+  }
   std::vector<Proximity> found;
   for (const auto& part : of_pair) found.insert(found.end(), part.begin(), part.end());
   return found;

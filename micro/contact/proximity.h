@@ -10,6 +10,10 @@
 /// a spacing, not an angle: fibers that wind around each other stay at one distance at any angle. In between both kinds
 /// act, with weights that add up to one and go over into each other. Swapping a and b changes nothing.
 
+#include <span>
+#include <tuple>
+#include <vector>
+
 #include "micro/contact/closest_points.h"
 #include "micro/contact/contact_law.h"
 
@@ -59,9 +63,20 @@ struct PlacesInCell {
 [[nodiscard]] PlacesInCell in_first_periods(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair);
 [[nodiscard]] PlacesInCell counted_on(const FiberMesh& mesh, Index fiber_a, Index fiber_b, PlacesInCell pair);
 
-/// All proximities, sorted by fibers and arc length. Result and order depend on the state alone.
+/// A point that pressed when the last increment was accepted, and the length of contact that it stood for.
+struct KnownPoint {
+  Index fiber_a = 0, fiber_b = 0;
+  Image image{};
+  double s_a = 0, s_b = 0, length = 0;
+  [[nodiscard]] std::tuple<Index, Index, Image> pair() const { return {fiber_a, fiber_b, image}; }
+};
+
+/// All proximities, sorted by fibers and arc length. Result and order depend on the state and on `known` points alone,
+/// which are sorted by pairs. Those stay, and lose what they stand for but slowly: otherwise fibers would sink until
+/// there is a point, which would lift them until there is none.
 [[nodiscard]] std::vector<Proximity> find_proximities(const FiberField& field, const State& state,
-                                                      const ProximitySearch& search);
+                                                      const ProximitySearch& search,
+                                                      std::span<const KnownPoint> known = {});
 
 /// The same pair at another state: feet have slid to where the chord, with what leans on it, is shortest, at the mean
 /// arc length of a sample. Where they would slide out of reach they stay.

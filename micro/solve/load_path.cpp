@@ -81,7 +81,7 @@ class EquilibriumSearch {
 
   /// At an equilibrium of the contacts known before: how the increment ends, if it does.
   std::optional<Attempt> judge() {
-    constexpr double nearly = 1e-2;  // one more solution serves both what has come up and what is too soft
+    constexpr double nearly = 4e-3;  // one more solution serves both what has come up and what is too soft
     const Residual r = tools_.newton.evaluate(tools_.effects, motion_, state_, false);
     report_.residual = r.relative();
     const double renewed = tools_.newton.evaluate(tools_.effects, motion_, state_, true).relative();

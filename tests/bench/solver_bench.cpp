@@ -80,6 +80,28 @@ void preconditioned_solution(benchmark::State& bench) {
   bench.counters["flops"] = solver.n_factor_flops();
 }
 
+/// One conjugate gradient behind a preconditioner that is there. Argument: fibers.
+template <Preconditioner preconditioner>
+void linear_iteration(benchmark::State& bench) {
+  Bundle bundle(static_cast<Index>(bench.range(0)), FiberModel::enriched);
+  bundle.assemble_matrix(1e-3);
+  const Threads threads(0);
+  LinearSolver solver(bundle.layout, FactorPrecision::single_precision, threads.n(), preconditioner);
+  solver.set_pattern(bundle.pattern);
+  solver.analyze(bundle.values, [&] { return rod_space(bundle.field, bundle.state); });
+  if (!solver.factorize(bundle.values)) bench.SkipWithError("not positive definite");
+  std::vector<double> x(bundle.layout.n_dofs());
+  constexpr int n_iterations = 6;
+  for (auto _ : bench) {
+    std::fill(x.begin(), x.end(), 1.0);
+    (void)solver.solve(bundle.values, x, 1e-30, n_iterations, LinearSolver::Truncated::at_any_limit);
+  }
+  bench.counters["an iteration"] = benchmark::Counter(
+      n_iterations, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+  bench.counters["entries"] = solver.n_factor_entries();
+  bench.counters["of K"] = static_cast<double>(bundle.values.size());
+}
+
 void systems(benchmark::internal::Benchmark* bench) {
   for (const int n_fibers : {7, 19, 37, 61}) bench->Args({n_fibers, 40, 1});
   for (const int n_elements : {10, 20, 80}) bench->Args({19, n_elements, 1});
@@ -88,6 +110,9 @@ void systems(benchmark::internal::Benchmark* bench) {
 }
 BENCHMARK(preconditioned_solution<Preconditioner::factor>)->Apply(systems);
 BENCHMARK(preconditioned_solution<Preconditioner::two_level>)->Apply(systems);
+
+BENCHMARK(linear_iteration<Preconditioner::factor>)->Arg(19)->Arg(61)->Unit(benchmark::kMillisecond);
+BENCHMARK(linear_iteration<Preconditioner::two_level>)->Arg(19)->Arg(61)->Unit(benchmark::kMillisecond);
 
 BENCHMARK(contact_search)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);
 BENCHMARK(elastic_assembly<FiberModel::enriched>)->Arg(7)->Arg(37)->Arg(127)->Unit(benchmark::kMillisecond);

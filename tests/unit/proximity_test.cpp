@@ -157,6 +157,26 @@ TEST(Proximity, SamplesKeepTheirPlaceAndSpacing) {
   }
 }
 
+TEST(Proximity, AKnownPointStaysOnLevelGroundAndLosesItsShareSlowly) {
+  const Fibers f(FiberModel::rod, {{{0, 0, 0}, {20, 0, 0}}, {{0, 2.1, 0}, {20, 2.1, 0}}}, {10});
+  ProximitySearch search;
+  search.spacing = 0.5;  // of elements of length 2
+  const double length = 0.5 * 2;  // a share of a half, of the sum of the radii
+  const std::vector<KnownPoint> known{{0, 1, {}, 7.3, 7.3, length}};
+  const auto found = find_proximities(f.field, f.state, search, known);
+  const auto point = std::find_if(found.begin(), found.end(), [](const Proximity& p) { return p.point; });
+  ASSERT_NE(point, found.end());
+  EXPECT_EQ(found.size(), 21u);
+  EXPECT_NEAR(point->s_a(), 7.3, 1e-6);
+  EXPECT_NEAR(point->s_b(), 7.3, 1e-6);
+  EXPECT_NEAR(point->length, 0.9 * length, 1e-9);
+  const auto beside = std::find_if(found.begin(), found.end(), [](const Proximity& p) {
+    return !p.point && std::abs(p.s_a() - 7.5) < 1e-6;
+  });
+  ASSERT_NE(beside, found.end());
+  EXPECT_NEAR(beside->share, 1 - 0.45, 1e-6);
+}
+
 TEST(Proximity, RespectsTheMarginAndTheWantedPairs) {
   const auto fibers_at = [](double distance) {
     return Fibers(FiberModel::enriched, {{{0, 0, 0}, {20, 0, 0}}, {{0, distance, 0}, {20, distance, 0}}}, {5});
