@@ -344,6 +344,11 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   return Proximity{*chord, part.high - part.low, 1, false, {0, static_cast<double>(c.sense), tau}};
 }
 
+bool is_at_end(const FiberField& field, const Foot& foot) {
+  const FiberField::Ends ends = field.ends(foot.fiber);
+  return foot.s <= ends.start || foot.s >= ends.end;
+}
+
 /// How far the distance of two fibers rises within half a spacing of a lowest point, to the side where it rises less;
 /// without bound where a fiber ends there.
 double rise_beside(const FiberField& field, const State& state, const Chord& chord, double sense, double spacing,
@@ -351,17 +356,13 @@ double rise_beside(const FiberField& field, const State& state, const Chord& cho
   constexpr std::array parts{1.0, 0.5, 0.25};  // of half a spacing, within which strongly curved fibers come back
   constexpr double boundless = std::numeric_limits<double>::infinity();
   const double tau = 0.5 * (chord.a.s + sense * chord.b.s), u = 0.5 * (chord.a.s - sense * chord.b.s);
-  const auto is_on_fiber = [&](const Foot& foot) {
-    const FiberField::Ends ends = field.ends(foot.fiber);
-    return foot.s > ends.start && foot.s < ends.end;
-  };
   double least = boundless;
   for (const double side : {-0.5 * spacing, 0.5 * spacing}) {
     double rise = 0;
     for (const double part : parts) {
       const auto beside =
           chord_at_mean_arc_length(field, state, chord.a, chord.b, sense, tau + part * side, u, within);
-      if (!beside || !is_on_fiber(beside->a) || !is_on_fiber(beside->b)) return boundless;
+      if (!beside || is_at_end(field, beside->a) || is_at_end(field, beside->b)) return boundless;
       rise = std::max(rise, beside->c.norm() - chord.c.norm());
     }
     least = std::min(least, rise);
@@ -411,11 +412,6 @@ Hold hold_at(const FiberField& field, const ProximitySearch& search, const Chord
           static_cast<double>(sense), 0.5 * (chord.a.s + sense * chord.b.s)};
 }
 
-bool is_at_end(const FiberField& field, const Foot& foot) {
-  const FiberField::Ends ends = field.ends(foot.fiber);
-  return foot.s <= ends.start || foot.s >= ends.end;
-}
-
 /// Which share of a lowest point's surroundings it stands for, by how far the distance rises.
 double share_of_point(const FiberField& field, const State& state, const ProximitySearch& search, const Chord& chord,
                       double sense) {
@@ -432,13 +428,17 @@ double share_of_point(const FiberField& field, const State& state, const Proximi
   return 1 - share_of_samples(rise, radius);
 }
 
+/// Whether a chord may be a point contact's: its fibers are not apart, and it is none of one fiber's own course.
+bool may_touch(const FiberField& field, const ProximitySearch& search, const Chord& chord) {
+  return chord.c.norm() <= reach(field, search, chord.a.fiber, chord.b.fiber) &&
+         !is_own_course(field, search, chord.a, chord.b);
+}
+
 /// A point contact on a chord, the lowest point of a valley or held near one, with at least a part of a length; nothing
-/// where its fibers are apart, or stay at this distance along a line.
+/// where its fibers stay at this distance along a line.
 std::optional<Proximity> point_on(const FiberField& field, const State& state, const ProximitySearch& search,
                                   Chord chord, double share, double least_length) {
   const Index a = chord.a.fiber, b = chord.b.fiber;
-  if (chord.c.norm() > reach(field, search, a, b) || is_own_course(field, search, chord.a, chord.b))
-    return std::nullopt;
   if (field.come_back_together(a, b)) bring_into_period(field, state, chord);
   const double whole =
       std::min(covered_share(field, chord.a), covered_share(field, chord.b)) * sum_of_radii(field, a, b);
@@ -453,7 +453,7 @@ std::optional<Proximity> point_on(const FiberField& field, const State& state, c
 std::optional<Proximity> make_point(const FiberField& field, const State& state, const ProximitySearch& search,
                                     const Foot& a, const Foot& b) {
   const auto chord = shortest_chord(field, state, a, b, within_samples(field, search, a.fiber, b.fiber));
-  if (!chord) return std::nullopt;
+  if (!chord || !may_touch(field, search, *chord)) return std::nullopt;
   return point_on(field, state, search, *chord,
                   share_of_point(field, state, search, *chord, sense_of(chord->cosine())), 0);
 }
@@ -468,7 +468,7 @@ std::optional<Proximity> keep_point(const FiberField& field, const State& state,
   const double within = within_samples(field, search, a.fiber, b.fiber), near = smaller_radius(field, a.fiber, b.fiber);
   const auto held =
       shortest_chord(field, state, a, b, within, hold_at(field, search, chord_between(field, state, a, b)));
-  if (!held) return std::nullopt;
+  if (!held || !may_touch(field, search, *held)) return std::nullopt;
   const auto lowest = shortest_chord(field, state, a, b, within);
   const bool is_near = lowest && std::abs(lowest->a.s - a.s) < near && std::abs(lowest->b.s - b.s) < near;
   const double share = is_near ? share_of_point(field, state, search, *lowest, sense_of(lowest->cosine())) : 0;
