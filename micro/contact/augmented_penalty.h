@@ -114,15 +114,15 @@ struct AugmentedPenalty {
     return true;
   }
   /// The increment is accepted: sets with what the next one begins. What the multiplier is worth once the penetration
-  /// is gone; where the fibers have parted, nothing. With `adapts`, raised to the force that the element has now, so
+  /// is gone; where the fibers have parted, nothing. With `rises`, raised to the force that the element has now, so
   /// that penetrations do not add up from increment to increment; but where that has made no difference before, as at
   /// ends that are tied one in the other, it would raise the force each time.
-  void accept(double gap, double force, double p_reg, bool adapts) {
+  void accept(double gap, double force, double p_reg, bool rises) {
     constexpr double no_difference = 0.1;
     next_scale = penalty_scale;
     next_preload = gap < preload ? preload : 0;
     const double p = std::abs(gap);
-    if (adapts && force > 0 && !stuck && std::abs(p - raised_at) > no_difference * raised_at) {
+    if (rises && force > 0 && !stuck && std::abs(p - raised_at) > no_difference * raised_at) {
       next_preload = penetration_of_force(force, penalty, p_reg);
       raised_at = p;
     }
@@ -169,28 +169,40 @@ class Softness {
   bool presses_across_ = false;
 };
 
+/// What stiffening has come to.
+struct Stiffening {
+  bool raised = false;  ///< something has been
+  /// A quarter of what is tolerated has been used up: the next increment had better begin with raised preloads. Raised
+  /// sooner they would be the forces of contacts that hold every sample at no penetration at all, which curves of few
+  /// dofs cannot follow: neighbours then take turns in bearing a load that is even.
+  bool due = true;
+};
+
 /// Raises what presses of contact elements at an equilibrium, where they are too soft for an answer (`Softness`); where
 /// some press across a gap and the rest will do, those that are far from touching. An element has `gap()` and
-/// `force(p_reg)`; `radius_of` and `regularisation_of` give a length for it. Returns whether anything has been raised.
+/// `force(p_reg)`; `radius_of` and `regularisation_of` give a length for it.
 template <class Element, class RadiusOf, class RegularisationOf>
-bool raise_where_too_soft(std::vector<Element>& elements, double target, double elastic_energy, RadiusOf&& radius_of,
-                          RegularisationOf&& regularisation_of) {
-  Softness softness(target);
+Stiffening raise_where_too_soft(std::vector<Element>& elements, double target, double elastic_energy,
+                                RadiusOf&& radius_of, RegularisationOf&& regularisation_of) {
+  constexpr double part_that_is_due = 0.25;
+  Softness softness(target), softness_due(part_that_is_due * target);
   for (Element& e : elements) {
     e.stuck = e.stuck && e.gap() < 0;  // what held the fibers in each other has let go
     const double f = e.stuck ? 0 : e.force(regularisation_of(e));
-    if (f > 0) softness.add(e.gap(), f, radius_of(e));
+    if (f <= 0) continue;
+    softness.add(e.gap(), f, radius_of(e));
+    softness_due.add(e.gap(), f, radius_of(e));
   }
   const bool all = softness.is_too_soft(elastic_energy);
-  if (!all && !softness.presses_across()) return false;
+  Stiffening done{.due = softness_due.is_too_soft(part_that_is_due * elastic_energy)};
+  if (!all && !softness.presses_across()) return done;
   constexpr double far = 0.5;  // of the target
-  bool changed = false;
   for (Element& e : elements) {
     const double p_reg = regularisation_of(e), f = e.force(p_reg);
     if (f > 0 && !e.stuck && (all || std::abs(e.gap()) > far * target * radius_of(e)))
-      changed = e.raise(e.gap(), f, p_reg) || changed;
+      done.raised = e.raise(e.gap(), f, p_reg) || done.raised;
   }
-  return changed;
+  return done;
 }
 
 }  // namespace trame::micro

@@ -117,6 +117,7 @@ void Contact::begin_step(const State& start, double stage_time) {
   constexpr double faded_at = 0.75;
   start_ = start;
   fading_ = std::max(0.0, 1 - stage_time / faded_at);
+  preloads_are_due_ = true;
   // What an attempt that came to nothing has raised is not kept.
   for (ContactElement& e : elements_) e.penetration_before = 0;
 }
@@ -448,10 +449,12 @@ double Contact::max_penetration_over_radius() const {
 
 bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
-  return raise_where_too_soft(
+  const Stiffening done = raise_where_too_soft(
       elements_, slack * law_.target_penetration, slack * elastic_energy,
       [&](const ContactElement& e) { return mean_radius(e.fiber_a, e.fiber_b); },
       [&](const ContactElement& e) { return regularisation(e); });
+  preloads_are_due_ = done.due;
+  return done.raised;
 }
 
 std::vector<double> Contact::book_changes(const State& state) {
@@ -527,7 +530,7 @@ void Contact::commit(const State& state) {
     tractions_[i] = slip.force;
   }
   for (ContactElement& e : elements_)
-    e.accept(e.gap(), e.force(regularisation(e)), regularisation(e), law_.adapt_penalty);
+    e.accept(e.gap(), e.force(regularisation(e)), regularisation(e), law_.adapt_penalty && preloads_are_due_);
   if (law_.adapt_penalty) adapt_penalties();
   elements_n_ = elements_;
   history_.resize(elements_.size());

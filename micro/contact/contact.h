@@ -84,6 +84,7 @@ class Contact final : public Effect {
   double fading_ = 0;  // part of the gap offsets that is still granted
   double fading_n_ = 0,
          gap_offset_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
+  bool preloads_are_due_ = true;   // at the last equilibrium
   std::vector<ContactElement> elements_;
   std::vector<const ContactHistory*> known_;  // of each element; in history_
   std::vector<StickSlip> stick_slip_;

@@ -212,6 +212,7 @@ SurfaceContact::SurfaceContact(const FiberField& field, const RigidBodies& bodie
 double SurfaceContact::regularisation(const Element& e) const { return law_.regularisation * e.radius; }
 
 void SurfaceContact::begin_step(const State& start, double) {
+  preloads_are_due_ = true;
   start_ = start;
   got_behind_.clear();
   // What an attempt that came to nothing has raised is not kept.
@@ -528,9 +529,11 @@ std::pair<Vec3, Vec3> SurfaceContact::pull(const State& state, Index body) const
 
 bool SurfaceContact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
-  return raise_where_too_soft(
+  const Stiffening done = raise_where_too_soft(
       elements_, slack * law_.target_penetration, slack * elastic_energy, [](const Element& e) { return e.radius; },
       [&](const Element& e) { return regularisation(e); });
+  preloads_are_due_ = done.due;
+  return done.raised;
 }
 
 std::vector<double> SurfaceContact::book_changes(const State& state) {
@@ -583,7 +586,7 @@ void SurfaceContact::commit(const State& state) {
     }
     h.law = e.law(p_reg);
     h.gap = e.gap();
-    e.accept(e.gap(), force, p_reg, law_.adapt_penalty);
+    e.accept(e.gap(), force, p_reg, law_.adapt_penalty && preloads_are_due_);
     const double target = deepest_over_target * law_.target_penetration * e.radius;
     if (law_.adapt_penalty && !e.stuck && -e.gap() > target)
       e.adapt(adapted_penalty_scale(e.penalty_scale, -e.gap() / target), p_reg);

@@ -140,6 +140,7 @@ class SurfaceContact final : public Effect {
   std::vector<double> modulus_;
   State start_;                                      // of the step
   std::string got_behind_;                           // what has got behind a surface in the step
+  bool preloads_are_due_ = true;                     // at the last equilibrium
   std::vector<SurfaceContactElement> elements_;      // by surface, fiber, place
   std::vector<const SurfaceContactHistory*> known_;  // of each element; in history_
   std::vector<StickSlip> stick_slip_;                // in the frames of the bodies; empty without friction

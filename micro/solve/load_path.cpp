@@ -147,9 +147,14 @@ class EquilibriumSearch {
     }
     const bool goes_on = (outcome.status == Status::travelled && ++n_detours_ <= tools_.settings.max_detours) ||
                          (outcome.status == Status::held_up && ++n_held_up_ <= max_held_up);
-    if (!goes_on)
-      return Attempt{.reason = fmt::format("{} (relative residual {:.1e})", describe(outcome.status), outcome.residual),
-                     .worst_dof = outcome.worst_dof};
+    if (!goes_on) {
+      constexpr double near_equilibrium = 1e-3;
+      const bool loses_stability = outcome.indefinite_at < near_equilibrium;
+      return Attempt{
+          .reason = fmt::format("{} (relative residual {:.1e}){}", describe(outcome.status), outcome.residual,
+                                loses_stability ? "; stability is lost here, fibers buckle or snap through" : ""),
+          .worst_dof = outcome.worst_dof};
+    }
     for (double& m : motion_.motion) m *= outcome.remaining;
     for (const auto& effect : tools_.effects) effect->hold_back();
     return std::nullopt;

@@ -231,7 +231,9 @@ NewtonOutcome::Status NewtonSolver::iterate(Solution& at, State& state, NewtonOu
     if (at.remaining == 0 && is_equilibrium(r, at.slack)) return Status::converged;
     if (at.n_iterations == settings_.max_iterations) return Status::too_many_iterations;
     if (settings_.stop()) return Status::stopped;
-    if (!make_step(at, r, state, log)) {
+    const bool has_step = make_step(at, r, state, log);
+    if (finder_.is_indefinite()) outcome.indefinite_at = std::min(outcome.indefinite_at, r.relative());
+    if (!has_step) {
       const auto& values = system_.values();
       const bool finite = std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
       return finite ? Status::not_positive_definite : Status::not_a_number;

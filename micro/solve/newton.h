@@ -55,7 +55,8 @@ struct NewtonOutcome {
   int n_linear_iterations = 0;  ///< of conjugate gradients
   double residual = 0;          ///< relative, at the end
   double remaining = 0;         ///< part of the prescribed motion still to be made, where it travelled
-  Index worst_dof = 0;          ///< where the residual is largest
+  double indefinite_at = std::numeric_limits<double>::infinity();  ///< least relative residual with such a tangent
+  Index worst_dof = 0;                                             ///< where the residual is largest
   [[nodiscard]] bool converged() const { return status == Status::converged; }
 };
 [[nodiscard]] std::string_view describe(NewtonOutcome::Status status);

@@ -28,7 +28,7 @@ class Row:
     tolerance: float = 0.01
     reason: str = ""
     absolute: bool = False  # the expected value is 0: the error is the value itself
-    before_the_end: bool = False  # the run may give up after the value was reached
+    may_end: str = ""  # with what the run may give up after the value was reached
 
 
 @dataclasses.dataclass
@@ -72,6 +72,10 @@ class Saved:
         b = a + int(self.file["contacts/count"][i % self.n])
         take = lambda k: self.file["contacts/" + k][a:b]
         return take("normal_force") / FORCE, take("s_a") / (R * 1e-6), take("length") / (R * 1e-6)
+
+    @property
+    def stage_time_at_the_end(self):
+        return float(self.file["stage_time"][self.n - 1])
 
     def first_unstable(self, stage):
         """Share of the stage at the middle of the first increment that ends in an unstable equilibrium; NaN
@@ -338,8 +342,14 @@ def two_ply():
     )
 
 
-def unstable_twist(name, what, source, scene, critical, drives):
-    """Twists to 0.9 of the critical angle and on to 1.1 of it in steps of 0.5 %."""
+def unstable_twist(name, what, source, scene, critical, drives, jumps=False):
+    """Twists to 0.9 of the critical angle and on to 1.1 of it in steps of 0.5 %. Where what is unstable `jumps`
+    to a state that is far away, the run gives up there."""
+
+    def share(s):
+        seen = s.first_unstable("find")
+        return s.stage_time_at_the_end if jumps and np.isnan(seen) and s.stages[-1] == "find" else seen
+
     scene.stage("twist", 12, [("tip", "rx", "displacement", 0.9 * critical)] + drives)
     scene.stage("find", 40, [("tip", "rx", "displacement", 0.2 * critical)] + drives)
     return Case(
@@ -350,8 +360,8 @@ def unstable_twist(name, what, source, scene, critical, drives):
                 what,
                 source,
                 critical,
-                lambda s: critical * (0.9 + 0.2 * s.first_unstable("find")),
-                before_the_end=True,
+                lambda s: critical * (0.9 + 0.2 * share(s)),
+                may_end="stability is lost",
             )
         ],
     )
@@ -375,13 +385,21 @@ def greenhill(tension):
 
 
 def ring():
+    """A straight rod rolled to a ring. Held at one point alone it could swing about its tangent there at no
+    cost, so the far point, between two fibers that make one, stays in the ring's plane."""
     length = 400.0
     scene = base("Michell's ring")
-    clamped_fiber(scene, [(0, 0, 0), (length, 0, 0)], 40)
+    half = um([(0, 0, 0), (length / 2, 0, 0), (length, 0, 0)])
+    scene.fiber("a", "f", half[:2], 20)
+    scene.fiber("b", "f", half[1:], 20)
+    scene.body("wall", half[0], [("a", "start")])
+    scene.body("far", half[1], [("a", "end"), ("b", "start")])
+    scene.body("tip", half[2], [("b", "end")])
+    far = [("far", dof, "force", 0.0) for dof in ("x", "z", "rx", "ry", "rz")]
     scene.stage(
         "roll",
         24,
-        [("tip", "ry", "displacement", -2 * np.pi), ("tip", "x", "force", 0.0), ("tip", "z", "force", 0.0)],
+        [("tip", "ry", "displacement", -2 * np.pi), ("tip", "x", "force", 0.0), ("tip", "z", "force", 0.0)] + far,
     )
     return unstable_twist(
         "ring",
@@ -389,17 +407,23 @@ def ring():
         "Michell, Zajac: 2π√3 (1 + ν)",
         scene,
         ref.ring_critical_twist(0.0),
-        [],
+        far,
+        jumps=True,
     )
 
 
 def papailiou():
-    lay, strain, angle = 5.0, 2e-3, 2e-4
+    """Of fibers that hardly shear and stick well: theory knows neither slip nor shear. With G = E/2 sections that
+    tilt as their neighbours drag at their outlines take 1.8 % of E I; with mu = 0.5 some fibers slip at the
+    clamps, which takes 3 %."""
+    lay, strain, angle = 5.0, 2e-3, 1e-3
     radius = 2.2  # a core that is thicker than the wires, so that these do not touch each other
     turn = np.tan(np.radians(lay)) / radius
     length = 2 * np.pi / turn
-    scene = base("bent strand", contact=True)
-    scene.contact = {"friction_coefficient": 0.5, "reversible_slip": 1e-5}
+    scene = Scene("bent strand")
+    scene.aligned_material("m", E, E, 5 * E, 0.0, 0.0)
+    scene.contact = {"friction_coefficient": 5, "reversible_slip": 1e-6}
+    scene.fiber_type("f", "m", R, "enriched")
     scene.fiber_type("c", "m", 1.2 * R, "enriched")
     scene.fiber("core", "c", um([(0, 0, 0), (length, 0, 0)]), 32)
     for k in range(6):
@@ -430,12 +454,12 @@ def papailiou():
         scene,
         [
             Row(
-                "1+6 strand, lay 5°, pulled and bent, reversible slip 10⁻⁵ R: E I over that of its wires",
+                "1+6 strand, lay 5°, G = 5 E, µ = 5, pulled and bent: E I over that of its wires",
                 "Papailiou, stick",
                 expected,
                 value,
                 0.02,
-                "sections shear: by 0.9 % of E I at this lay, 10 % at 15°",
+                "sections shear a little, contact gives way",
             )
         ],
     )
@@ -693,26 +717,28 @@ def bundle(n, bonded):
 
 
 def twisted_yarn(layers):
-    """A core, six fibers around it that just touch each other, and six more on top; all turn alike."""
+    """A core, six fibers around it that just touch each other, and six more in the grooves between these; all
+    turn alike."""
     lay, strain = 15.0, 1e-3
     scene = base("twisted yarn", contact=True, friction=False)
 
-    # Six helices of the radius r and the turn w touch where the nearest distance of two, over all shifts
-    # along the axis, is 2.
-    def nearest(r, w):
+    # The nearest distance of two helices of the turn w, over all shifts along the axis.
+    def nearest(r1, r2, angle, w):
         shift = np.linspace(-2, 2, 4001)
-        return np.sqrt((2 * r * np.sin(np.pi / 6 + w * shift / 2)) ** 2 + shift**2).min()
+        return np.sqrt(r1**2 + r2**2 - 2 * r1 * r2 * np.cos(angle + w * shift) + shift**2).min()
 
-    first = 2.0
-    for _ in range(50):
-        turn = np.tan(np.radians(lay)) / (first + 2 * (layers - 1))
-        first += 2.001 - nearest(first, turn)
-    radii = [0.0] + [first] * 6 + [first + 2] * 6 * (layers - 1)
+    first, second = 2.0, 3.5
+    for _ in range(100):
+        turn = np.tan(np.radians(lay)) / (first if layers == 1 else second)
+        first += 2.001 - nearest(first, first, np.pi / 3, turn)
+        second += 2 - nearest(first, second, np.pi / 6, turn)
+    radii = [0.0] + [first] * 6 + [second] * 6 * (layers - 1)
     length = 2 * np.pi / turn
     scene.fiber_type("c", "m", (first - 1) * R, "enriched")
     scene.fiber("core", "c", um([(0, 0, 0), (length, 0, 0)]), 32)
     for k, r in enumerate(radii[1:]):
-        scene.fiber(f"w{k}", "f", um(helix(r, 1, np.pi / 3 * k, length, 64)), 32)
+        angle = np.pi / 3 * k + (np.pi / 6 if k >= 6 else 0)
+        scene.fiber(f"w{k}", "f", um(helix(r, 1, angle, length, 64)), 32)
     scene.body("left", (0, 0, 0), [("core", "start"), ("w*", "start")])
     scene.body("right", (length * R, 0, 0), [("core", "end"), ("w*", "end")])
     scene.stage("pull", 4, [("right", "x", "displacement", strain * length * R)])
