@@ -137,36 +137,33 @@ struct AugmentedPenalty {
   }
 };
 
-/// Whether contacts that are pressed too deep make an answer too soft.
+/// Whether contacts that are pressed too deep, or across gaps (by the preload of a force that is gone, which is as
+/// wrong), make an answer too soft.
 class Softness {
  public:
   /// `target`: of a penetration over the radius.
   explicit Softness(double target) : target_(target) {}
   void add(double gap, double force, double radius) {
-    // A gap under force is as wrong: the preload of a force that is gone.
     lost_ += 0.5 * force * std::abs(gap);
     const double depth = std::abs(gap) / radius;
     deepest_ = std::max(deepest_, depth);
     pressing_ += force;
     if (depth > target_) pressing_deep_ += force;
-    presses_across_ = presses_across_ || (gap > 0 && depth > target_);
   }
-  /// `elastic_energy` as large as it is by the slack of all tolerances.
+  /// All together; `elastic_energy` as large as it is by the slack of all tolerances.
   [[nodiscard]] bool is_too_soft(double elastic_energy) const {
     constexpr double tolerated_softness = 0.005;  // relative error of a stiffness
     // Of thousands of contacts a few that press next to nothing are deeper than the rest.
     constexpr double tolerated_share = 0.01;  // of all forces
-    return deepest_ > deepest_over_target * target_ || pressing_deep_ > tolerated_share * pressing_ ||
-           lost_ > tolerated_softness * elastic_energy;
+    return pressing_deep_ > tolerated_share * pressing_ || lost_ > tolerated_softness * elastic_energy;
   }
-  /// Whether a contact presses across a gap, which no law does, be it one of thousands.
-  [[nodiscard]] bool presses_across() const { return presses_across_; }
+  /// Single ones, be they few of thousands.
+  [[nodiscard]] bool has_one_too_deep() const { return deepest_ > deepest_over_target * target_; }
 
  private:
   double target_;
   double lost_ = 0;  // ½ f p: by so much the stored energy would rise without penetration
   double deepest_ = 0, pressing_ = 0, pressing_deep_ = 0;
-  bool presses_across_ = false;
 };
 
 /// What stiffening has come to.
@@ -179,13 +176,14 @@ struct Stiffening {
 };
 
 /// Raises what presses of contact elements at an equilibrium, where they are too soft for an answer (`Softness`); where
-/// some press across a gap and the rest will do, those that are far from touching. An element has `gap()` and
-/// `force(p_reg)`; `radius_of` and `regularisation_of` give a length for it.
+/// that is the matter with single ones only, those that are far from just touching. On the way to rest that takes
+/// `slack` times as much, but preloads are due as at rest, where there is no more time for them. An element has `gap()`
+/// and `force(p_reg)`; `radius_of` and `regularisation_of` give a length for it.
 template <class Element, class RadiusOf, class RegularisationOf>
-Stiffening raise_where_too_soft(std::vector<Element>& elements, double target, double elastic_energy,
+Stiffening raise_where_too_soft(std::vector<Element>& elements, double target, double elastic_energy, double slack,
                                 RadiusOf&& radius_of, RegularisationOf&& regularisation_of) {
   constexpr double part_that_is_due = 0.25;
-  Softness softness(target), softness_due(part_that_is_due * target);
+  Softness softness(slack * target), softness_due(part_that_is_due * target);
   for (Element& e : elements) {
     e.stuck = e.stuck && e.gap() < 0;  // what held the fibers in each other has let go
     const double f = e.stuck ? 0 : e.force(regularisation_of(e));
@@ -193,13 +191,13 @@ Stiffening raise_where_too_soft(std::vector<Element>& elements, double target, d
     softness.add(e.gap(), f, radius_of(e));
     softness_due.add(e.gap(), f, radius_of(e));
   }
-  const bool all = softness.is_too_soft(elastic_energy);
+  const bool all = softness.is_too_soft(slack * elastic_energy);
   Stiffening done{.due = softness_due.is_too_soft(part_that_is_due * elastic_energy)};
-  if (!all && !softness.presses_across()) return done;
+  if (!all && !softness.has_one_too_deep()) return done;
   constexpr double far = 0.5;  // of the target
   for (Element& e : elements) {
     const double p_reg = regularisation_of(e), f = e.force(p_reg);
-    if (f > 0 && !e.stuck && (all || std::abs(e.gap()) > far * target * radius_of(e)))
+    if (f > 0 && !e.stuck && (all || std::abs(e.gap()) > far * slack * target * radius_of(e)))
       done.raised = e.raise(e.gap(), f, p_reg) || done.raised;
   }
   return done;

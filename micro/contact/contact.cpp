@@ -450,7 +450,7 @@ double Contact::max_penetration_over_radius() const {
 bool Contact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
   const Stiffening done = raise_where_too_soft(
-      elements_, slack * law_.target_penetration, slack * elastic_energy,
+      elements_, law_.target_penetration, elastic_energy, slack,
       [&](const ContactElement& e) { return mean_radius(e.fiber_a, e.fiber_b); },
       [&](const ContactElement& e) { return regularisation(e); });
   preloads_are_due_ = done.due;

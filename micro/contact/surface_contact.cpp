@@ -530,7 +530,7 @@ std::pair<Vec3, Vec3> SurfaceContact::pull(const State& state, Index body) const
 bool SurfaceContact::stiffen(const State&, double elastic_energy, double slack) {
   if (!law_.adapt_penalty) return false;
   const Stiffening done = raise_where_too_soft(
-      elements_, slack * law_.target_penetration, slack * elastic_energy, [](const Element& e) { return e.radius; },
+      elements_, law_.target_penetration, elastic_energy, slack, [](const Element& e) { return e.radius; },
       [&](const Element& e) { return regularisation(e); });
   preloads_are_due_ = done.due;
   return done.raised;

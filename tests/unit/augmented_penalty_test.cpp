@@ -43,10 +43,11 @@ struct Pressed : AugmentedPenalty {
       (law(p_reg).force(at) > spring * (push + at) ? low : high) = at;
     }
   }
-  Stiffening stiffen(double elastic_energy) {
+  Stiffening stiffen(double elastic_energy, double slack = 1) {
     std::vector<Pressed> one{*this};
     const Stiffening done = raise_where_too_soft(
-        one, target, elastic_energy, [](const Pressed&) { return radius; }, [](const Pressed&) { return p_reg; });
+        one, target, elastic_energy, slack, [](const Pressed&) { return radius; },
+        [](const Pressed&) { return p_reg; });
     *this = one.front();
     return done;
   }
@@ -83,12 +84,37 @@ TEST(AugmentedPenalty, PreloadsAreDueFromAQuarterOfWhatIsTolerated) {
   EXPECT_TRUE(raised.due);
   EXPECT_EQ(shallow.preload, 0);
   EXPECT_GT(deep.preload, 0);
+  // On the way to rest deeper ones are let be, but are due.
+  Pressed on_the_way = at_depth(1.1 * target);
+  const Stiffening let_be = on_the_way.stiffen(much, 100);
+  EXPECT_FALSE(let_be.raised);
+  EXPECT_TRUE(let_be.due);
   // The same by energy: ½ f p is half a per cent of it, or an eighth of one.
   const double lost = 0.5 * at_depth(0.1 * target).force(p_reg) * 0.1 * target;
   EXPECT_FALSE(at_depth(0.1 * target).stiffen(lost / 0.001).due);
   EXPECT_TRUE(at_depth(0.1 * target).stiffen(lost / 0.002).due);
   EXPECT_FALSE(at_depth(0.1 * target).stiffen(lost / 0.004).raised);
   EXPECT_TRUE(at_depth(0.1 * target).stiffen(lost / 0.006).raised);
+}
+
+TEST(AugmentedPenalty, SingleOnesAreRaisedAlone) {
+  constexpr double much = 1e6;
+  const auto raised = [&](double depth_of_one) {
+    std::vector<Pressed> contacts(20000, Pressed(1, 0.05));
+    for (Pressed& c : contacts) c.at = -0.4 * target;
+    contacts[7].at = depth_of_one * target;
+    contacts[7].preload = 0.05;  // presses across a gap, too
+    const bool any =
+        raise_where_too_soft(
+            contacts, target, much, 1, [](const Pressed&) { return radius; }, [](const Pressed&) { return p_reg; })
+            .raised;
+    EXPECT_EQ(contacts[8].preload, 0);
+    EXPECT_EQ(any, contacts[7].preload != 0.05);
+    return any;
+  };
+  EXPECT_FALSE(raised(2.9));
+  EXPECT_TRUE(raised(3.1));
+  EXPECT_FALSE(raised(-1.5));
 }
 
 TEST(AugmentedPenalty, AnAcceptedIncrementRaisesWhatIsDueOnce) {
