@@ -170,7 +170,7 @@ void Contact::set_history(std::vector<ContactHistory> history, std::vector<Vec3>
   history_ = std::move(history);
   if (law_.friction) tractions_ = std::move(tractions);
   for (ContactHistory& h : history_) {
-    h.gap_offset = 0;  // it was for the stage that is over
+    h.gap_offset = h.raised_at = 0;  // they were for the stage that is over
     if (!law_.friction) h.traction = -1;
   }
   note_loaded_particles();

@@ -344,9 +344,12 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   return Proximity{*chord, part.high - part.low, 1, false, {0, static_cast<double>(c.sense), tau}};
 }
 
+/// To round-off: whether a tip is one must not depend on it.
 bool is_at_end(const FiberField& field, const Foot& foot) {
+  constexpr double sliver = 1e-9;  // of a radius
   const FiberField::Ends ends = field.ends(foot.fiber);
-  return foot.s <= ends.start || foot.s >= ends.end;
+  const double near = sliver * field.mesh().radius[foot.fiber];
+  return foot.s <= ends.start + near || foot.s >= ends.end - near;
 }
 
 /// How far the distance of two fibers rises within half a spacing of a lowest point, to the side where it rises less;
