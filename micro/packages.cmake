@@ -15,5 +15,10 @@ add_library(trame_cholmod INTERFACE)
 target_include_directories(trame_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
 target_link_libraries(trame_cholmod INTERFACE ${CHOLMOD_LIBRARY} ${OPENBLAS_LIBRARY})
 
+# CGAL's own target forces flags on whatever links it; one source uses it.
+find_path(CGAL_INCLUDE_DIR CGAL/AABB_tree.h REQUIRED)
+find_library(GMP_LIBRARY gmp REQUIRED)
+find_library(MPFR_LIBRARY mpfr REQUIRED)
+
 find_path(UDUNITS2_INCLUDE_DIR udunits2.h REQUIRED)
 find_library(UDUNITS2_LIBRARY udunits2 REQUIRED)

@@ -43,12 +43,7 @@ Scene nondimensional(const Scene& scene, const Scales& scales) {
     }
   for (BodySpec& b : s.bodies) {
     b.position /= length;
-    for (SurfaceSpec& spec : b.surfaces) {
-      spec.surface.center /= length;
-      spec.surface.half_size /= length;
-      spec.surface.radius /= length;
-      spec.surface.half_length /= length;
-    }
+    for (SurfaceSpec& spec : b.surfaces) spec.surface = scaled(spec.surface, 1 / length);
   }
   for (Stage& stage : s.stages)
     for (Drive& d : stage.drives) {

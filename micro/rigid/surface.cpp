@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace trame::micro {
 
@@ -55,7 +56,25 @@ SurfaceView view_box(const Surface& s, const Vec3& y) {
   return seen;
 }
 
+SurfaceView view_mesh(const Surface& s, const Vec3& y) {
+  const TriangleMesh::Nearest nearest = s.mesh->nearest(y / s.unit);
+  const Vec3 away = y - s.unit * nearest.foot;
+  const double d = away.norm(), side = away.dot(nearest.normal) < 0 ? -1 : 1;
+  if (nearest.feature == TriangleMesh::Feature::face || d == 0)
+    return {away.dot(nearest.normal), nearest.normal, 0, Mat3::Zero()};
+  SurfaceView seen{side * d, side / d * away, side / d, Mat3::Identity()};
+  seen.curved -= seen.normal * seen.normal.transpose() + nearest.edge * nearest.edge.transpose();
+  return seen;
+}
+
 }  // namespace
+
+bool Surface::operator==(const Surface& other) const {
+  const auto numbers = [](const Surface& s) {
+    return std::tie(s.shape, s.center, s.direction, s.radius, s.half_length, s.half_size, s.inside, s.unit);
+  };
+  return numbers(*this) == numbers(other) && (mesh && other.mesh ? *mesh == *other.mesh : mesh == other.mesh);
+}
 
 SurfaceView view(const Surface& s, const Vec3& x) {
   const Vec3 y = x - s.center;
@@ -65,6 +84,7 @@ SurfaceView view(const Surface& s, const Vec3& x) {
     case SurfaceShape::cylinder: seen = view_cylinder(s, y); break;
     case SurfaceShape::sphere: seen = view_round(y, s.radius, nullptr); break;
     case SurfaceShape::box: seen = view_box(s, y); break;
+    case SurfaceShape::mesh: seen = view_mesh(s, y); break;
   }
   if (s.inside) {
     seen.distance = -seen.distance;
@@ -74,10 +94,18 @@ SurfaceView view(const Surface& s, const Vec3& x) {
   return seen;
 }
 
+Surface scaled(Surface s, double factor) {
+  s.center *= factor;
+  s.half_size *= factor;
+  for (double* length : {&s.radius, &s.half_length, &s.unit}) *length *= factor;
+  return s;
+}
+
 double smallest_radius_of_curvature(const Surface& s) {
   switch (s.shape) {
     case SurfaceShape::plane: break;
-    case SurfaceShape::box: return 0;
+    case SurfaceShape::box:
+    case SurfaceShape::mesh: return 0;
     case SurfaceShape::cylinder:
     case SurfaceShape::sphere: return s.inside ? std::numeric_limits<double>::infinity() : s.radius;
   }

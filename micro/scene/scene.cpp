@@ -380,7 +380,7 @@ class Proportions {
     for (const SceneValue& surface : surfaces ? surfaces->tables() : std::vector<SceneValue>()) {
       for (const char* key : {"center", "size"})
         if (const auto value = surface.find(key)) check_length(*value, largest(value->vector(length)));
-      for (const char* key : {"radius", "length"})
+      for (const char* key : {"radius", "length", "unit"})
         if (const auto value = surface.find(key)) check_length(*value, value->quantity(length, any()));
     }
   }
@@ -427,7 +427,7 @@ Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {
         ->fail("must not stand beside a [[fiber]] or [[bundle]], which has no next cell");
   check_size(root, scene);
   check_stiffness(root, scene);
-  read_bodies(root, scene);
+  read_bodies(root, folder, scene);
   const std::optional<NamedTest> test = read_test(root, scene);
   if (test) add_test_bodies(root, *test, scene);
   read_effects(root, scene);
@@ -509,18 +509,56 @@ std::size_t offset_of(const std::string& toml, const toml::source_position& plac
   return at;
 }
 
-/// The text of a scene with its pattern in place of the name of the file that has it.
-std::string with_draft_inside(const std::string& toml, const toml::table& root, const Scene& scene) {
+/// A key of a file and what stands for it in a text that needs no file.
+struct Replacement {
+  std::size_t from = 0, to = 0;
+  std::string text;
+};
+
+void replace_pattern(const std::string& toml, const toml::table& root, const Scene& scene,
+                     std::vector<Replacement>& all) {
   const toml::table* weave = root["weave"].as_table();
-  if (!weave) return toml;
+  if (!weave) return;
   const auto found = weave->find("pattern_file");
-  if (found == weave->end()) return toml;
+  if (found == weave->end()) return;
   const Index first_weft = (*weave)["first_weft"].value_or(Index{1}),
               first_warp = (*weave)["first_warp"].value_or(Index{1});
-  const std::size_t from = offset_of(toml, found->first.source().begin),
-                    to = offset_of(toml, found->second.source().end);
-  return toml.substr(0, from) +
-         picture_instead(*found->second.value<std::string>(), *scene.weave, first_weft, first_warp) + toml.substr(to);
+  all.push_back({offset_of(toml, found->first.source().begin), offset_of(toml, found->second.source().end),
+                 picture_instead(*found->second.value<std::string>(), *scene.weave, first_weft, first_warp)});
+}
+
+std::string triangles_instead(const std::string& file, const std::filesystem::path& folder) {
+  const Triangles read = read_triangles(folder / file);
+  std::vector<std::string> points, triangles;
+  for (const Vec3& p : read.points) points.push_back(fmt::format("[{}, {}, {}]", p.x(), p.y(), p.z()));
+  for (const auto& [a, b, c] : read.corners)
+    triangles.push_back(fmt::format("[{}, {}, {}]", points[a], points[b], points[c]));
+  return fmt::format("triangles = [{}]", fmt::join(triangles, ", "));
+}
+
+void replace_meshes(const std::string& toml, const toml::table& root, const std::filesystem::path& folder,
+                    std::vector<Replacement>& all) {
+  const toml::array* bodies = root["body"].as_array();
+  for (std::size_t b = 0; bodies && b < bodies->size(); ++b) {
+    const toml::array* surfaces = (*bodies->get_as<toml::table>(b))["surface"].as_array();
+    for (std::size_t s = 0; surfaces && s < surfaces->size(); ++s) {
+      const toml::table* surface = surfaces->get_as<toml::table>(s);
+      if (const auto found = surface->find("file"); found != surface->end())
+        all.push_back({offset_of(toml, found->first.source().begin), offset_of(toml, found->second.source().end),
+                       triangles_instead(*found->second.value<std::string>(), folder)});
+    }
+  }
+}
+
+/// The text of a scene with pattern and meshes in place of the names of the files that have them.
+std::string with_files_inside(std::string toml, const toml::table& root, const Scene& scene,
+                              const std::filesystem::path& folder) {
+  std::vector<Replacement> all;
+  replace_pattern(toml, root, scene, all);
+  replace_meshes(toml, root, folder, all);
+  std::ranges::sort(all, std::greater<>(), &Replacement::from);
+  for (const Replacement& r : all) toml.replace(r.from, r.to - r.from, r.text);
+  return toml;
 }
 
 }  // namespace
@@ -545,7 +583,7 @@ Scene parse_scene(const std::string& toml, const std::string& origin, const std:
   }
   root.fail_for_noted();
   scene.name = made_name(std::filesystem::path(origin).stem().string());
-  scene.text = with_draft_inside(toml, table, scene);
+  scene.text = with_files_inside(toml, table, scene, folder);
   return scene;
 }
 

@@ -45,15 +45,18 @@ void check_shape_keys(const SceneValue& table, SurfaceShape shape) {
   struct Own {
     Names needed, allowed;
   };
-  static const std::array<Own, 4> keys = {
-      {{{"normal"}, {"touch"}}, {{"axis", "radius"}, {"length", "inside"}}, {{"radius"}, {"inside"}}, {{"size"}, {}}}};
+  static const std::array<Own, 5> keys = {{{{"normal"}, {"touch"}},
+                                           {{"axis", "radius"}, {"length", "inside"}},
+                                           {{"radius"}, {"inside"}},
+                                           {{"size"}, {}},
+                                           {{"unit"}, {"file", "triangles", "inside"}}}};
   const auto& [needed, allowed] = keys[static_cast<std::size_t>(shape)];
   const std::string name = table.find("shape")->text();
   for (const std::string& key : needed)
     if (!table.find(key)) table.fail_missing(key, fmt::format("what a {} needs", name));
   Names own = needed;
   own.insert(own.end(), allowed.begin(), allowed.end());
-  for (const char* key : {"normal", "axis", "radius", "length", "size", "inside", "touch"})
+  for (const char* key : {"normal", "axis", "radius", "length", "size", "inside", "touch", "file", "triangles", "unit"})
     if (const auto value = table.find(key); value && std::find(own.begin(), own.end(), key) == own.end())
       value->fail(fmt::format("is none of a {}; it has {}", name, allowed_names(own)));
 }
@@ -64,7 +67,24 @@ Vec3 direction(const SceneValue& value, const Vec3& v) {
   return v.normalized();
 }
 
-SurfaceSpec read_surface(const SceneValue& table, const Vec3& position) {
+std::shared_ptr<const TriangleMesh> read_mesh(const SceneValue& table, const SurfaceInput& input,
+                                              const std::filesystem::path& folder) {
+  constexpr double farthest = 1e6;  // of a coordinate, in units
+  const auto own = table.find("triangles");
+  if (own && input.file) own->fail("must not stand beside a file");
+  if (!own && !input.file) table.fail_missing("file", "what a mesh needs, or triangles");
+  const SceneValue source = own ? *own : *table.find("file");
+  try {
+    Triangles triangles = own ? joined(input.triangles) : read_triangles(folder / *input.file);
+    for (const Vec3& p : triangles.points)
+      if (!(p.cwiseAbs().maxCoeff() <= farthest)) source.fail(fmt::format("has a coordinate beyond {:g}", farthest));
+    return std::make_shared<const TriangleMesh>(std::move(triangles));
+  } catch (const MeshError& error) {
+    source.fail(error.what());
+  }
+}
+
+SurfaceSpec read_surface(const SceneValue& table, const Vec3& position, const std::filesystem::path& folder) {
   SurfaceInput input;
   read_table(table, surface_keys(), {}, input);
   Surface& surface = input.surface.surface;
@@ -78,12 +98,16 @@ SurfaceSpec read_surface(const SceneValue& table, const Vec3& position) {
     if (input.size->minCoeff() <= 0) table.find("size")->fail("must be three lengths greater than 0");
     surface.half_size = 0.5 * *input.size;
   }
+  if (surface.shape == SurfaceShape::mesh) {
+    surface.mesh = read_mesh(table, input, folder);
+    surface.unit = *input.unit;
+  }
   return input.surface;
 }
 
 }  // namespace
 
-void read_bodies(const SceneValue& root, Scene& scene) {
+void read_bodies(const SceneValue& root, const std::filesystem::path& folder, Scene& scene) {
   const auto bodies = root.find("body");
   if (!bodies) return;
   const NameTable fibers = tieable_names(scene);
@@ -105,7 +129,7 @@ void read_bodies(const SceneValue& root, Scene& scene) {
     }
     const auto surfaces = table.find("surface");
     for (const SceneValue& entry : surfaces ? surfaces->tables() : std::vector<SceneValue>()) {
-      body.surfaces.push_back(read_surface(entry, body.position));
+      body.surfaces.push_back(read_surface(entry, body.position, folder));
       if (body.surfaces.back().touches && !body.ties.empty())
         entry.find("touch")->fail("must be false, because the body ties fiber ends, which would move with it");
     }

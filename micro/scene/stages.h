@@ -14,7 +14,7 @@ void add_new_name(const SceneValue& named, const std::string& name, NameTable& k
 [[nodiscard]] NameTable body_names(const Scene& scene);
 
 /// Fills scene.bodies from [[body]]. Needs the fibers, bundles and the weave.
-void read_bodies(const SceneValue& root, Scene& scene);
+void read_bodies(const SceneValue& root, const std::filesystem::path& folder, Scene& scene);
 
 [[nodiscard]] bool has_surfaces(const Scene& scene);
 

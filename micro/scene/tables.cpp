@@ -223,11 +223,12 @@ std::vector<Key<SurfaceInput>> surface_keys() {
   const auto shape = choice<SurfaceShape>({{"plane", SurfaceShape::plane},
                                            {"cylinder", SurfaceShape::cylinder},
                                            {"sphere", SurfaceShape::sphere},
-                                           {"box", SurfaceShape::box}});
+                                           {"box", SurfaceShape::box},
+                                           {"mesh", SurfaceShape::mesh}});
   return {key<T>(
               "shape", [](T& t) -> SurfaceShape& { return t.surface.surface.shape; }, shape, "what it is")
               .needed(),
-          key<T>("center", &T::center, vector(length), "its middle, or a point of a plane")
+          key<T>("center", &T::center, vector(length), "its middle, a point of a plane, the origin of a mesh")
               .otherwise("default: the position of the body"),
           key<T>("normal", &T::normal, vector(plain_number), "plane: towards the side on which fibers are")
               .otherwise("needed there"),
@@ -238,7 +239,13 @@ std::vector<Key<SurfaceInput>> surface_keys() {
           key<T>("size", &T::size, vector(length), "box: its edges along x, y and z").otherwise("needed there"),
           key<T>(
               "inside", [](T& t) -> bool& { return t.surface.surface.inside; }, boolean(),
-              "cylinder, sphere: fibers are inside of it"),
+              "cylinder, sphere, mesh: fibers are inside of it"),
+          key<T>("file", &T::file, free_text(), "mesh: STL, OBJ, OFF or PLY with a closed surface of triangles")
+              .otherwise("or its triangles"),
+          key<T>("triangles", &T::triangles, list(list(vector(plain_number))), "mesh: three corners each")
+              .otherwise("or a file"),
+          key<T>("unit", &T::unit, quantity(length, above(0)), "mesh: what 1 in its coordinates stands for")
+              .otherwise("needed there"),
           key<T>(
               "friction_coefficient", [](T& t) -> std::optional<double>& { return t.surface.friction_coefficient; },
               number(between(0, 10)), "between it and fibers")

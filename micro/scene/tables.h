@@ -57,6 +57,9 @@ struct SurfaceInput {
   SurfaceSpec surface;
   std::optional<Vec3> center, normal, axis, size;
   std::optional<double> radius, length;
+  std::optional<std::string> file;  ///< of a mesh, or its triangles
+  std::optional<double> unit;
+  std::vector<std::vector<Vec3>> triangles;
 };
 /// A drive of several dofs of several bodies. The unit of a displacement or force depends on the dof.
 struct DriveInput {

@@ -1,11 +1,13 @@
 #include "micro/states/surfaces_vtk.h"
 
 #include <vtkAppendPolyData.h>
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCubeSource.h>
 #include <vtkLineSource.h>
 #include <vtkMatrix4x4.h>
 #include <vtkPlaneSource.h>
+#include <vtkPoints.h>
 #include <vtkSphereSource.h>
 #include <vtkTransform.h>
 #include <vtkTransformPolyDataFilter.h>
@@ -85,12 +87,26 @@ Shape box(const Surface& s) {
   return source->GetOutput();
 }
 
+Shape mesh(const Surface& s) {
+  const Triangles& t = s.mesh->triangles();
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  for (const Vec3& p : t.points) points->InsertNextPoint(Vec3(s.center + s.unit * p).data());
+  vtkNew<vtkCellArray> cells;
+  for (const auto& [a, b, c] : t.corners) cells->InsertNextCell({a, b, c});
+  const Shape shape = Shape::New();
+  shape->SetPoints(points);
+  shape->SetPolys(cells);
+  return shape;
+}
+
 Shape in_frame_of_body(const Surface& s, const Vec3& middle, double size) {
   switch (s.shape) {
     case SurfaceShape::plane: return plane(s, middle, size);
     case SurfaceShape::cylinder: return cylinder(s, middle, size);
     case SurfaceShape::sphere: return sphere(s.center, s.radius);
     case SurfaceShape::box: return box(s);
+    case SurfaceShape::mesh: return mesh(s);
   }
   return Shape::New();
 }

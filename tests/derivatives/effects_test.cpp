@@ -11,6 +11,7 @@
 #include "micro/solve/proximal.h"
 #include "micro/weave/crossing_order.h"
 #include "tests/support/finite_differences.h"
+#include "tests/support/meshes.h"
 #include "tests/support/run_scene.h"
 
 namespace trame::micro {
@@ -131,7 +132,7 @@ struct RubbedBySurfaces {
                axis = to_body * Vec3(0.1, 1, 0.2).normalized(), across = (axis - n * n.dot(axis)).normalized();
     const double away = 0.95;
     const Vec3 foot = seen_from - away * n;
-    std::vector<Surface> all(7);
+    std::vector<Surface> all(9);
     all[0] = {SurfaceShape::plane, foot, n};
     all[1] = {SurfaceShape::cylinder, foot - 3 * n, across, 3};
     all[2] = {SurfaceShape::sphere, foot - 4 * n, Vec3::UnitZ(), 4};
@@ -146,6 +147,12 @@ struct RubbedBySurfaces {
     all[5].center = seen_from - Vec3(1 + 0.6 * away, 2 + 0.8 * away, 2);
     all[6] = {.shape = SurfaceShape::box, .half_size = {1, 2, 3}};
     all[6].center = seen_from - Vec3(0.5, 1, 3 + away);
+    // An edge of a mesh, and a corner, each seen from where nothing of it is nearer.
+    const Vec3 half(1, 2, 3), beyond_edge = Vec3(0, 0.8, -0.6) * away, beyond_corner = Vec3(2, -1, 2) / 3 * away;
+    all[7] = {.shape = SurfaceShape::mesh, .mesh = test::mesh_of(test::box_corners(-half, half))};
+    all[7].center = seen_from - Vec3(0.5, 2, -3) - beyond_edge;
+    all[8] = {.shape = SurfaceShape::mesh, .mesh = all[7].mesh};
+    all[8].center = seen_from - Vec3(1, -2, 3) - beyond_corner;
     std::vector<BodySurface> result;
     for (const Surface& surface : all) result.push_back({0, surface, 0.3, "body"});
     return result;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/meshes.h"
 #include "tests/support/run_scene.h"
 
 namespace trame::micro {
@@ -186,6 +187,29 @@ TEST(Surfaces, BeamThatABallPushesOff) {
   // length apart: with a = (1 - 4/L)/2 stiffer by 1/(16 a³ (2 - 3 a)).
   const double a = 0.5 * (1 - 4 / length);
   EXPECT_NEAR(by_box.last().bodies.force[2].z() / expected, 1 / (16 * a * a * a * (2 - 3 * a)), 0.01);
+}
+
+// The same box in triangles, and the ball in 2,048 of them, which is a little smaller.
+TEST(Surfaces, MeshesPushAsWhatTheyAreOf) {
+  const double length = 200, w = 0.4;
+  const auto push_by = [&](const Surface& surface, double depth) {
+    Scene scene = clamped_beam(FiberModel::enriched, length, 20);
+    scene.bodies.push_back({"tool", {length / 2, 0, -depth - 1}, {}, {{surface, {}, {}}}});
+    Stage push = stage("push", 2);
+    push.drives = {{"tool", BodyDof::z, DriveMode::displacement, w, ""}};
+    scene.stages = {push};
+    const auto result = test::run_scene(scene);
+    EXPECT_TRUE(result.done()) << result.summary.message;
+    return result.last().bodies.force[2];
+  };
+  const Vec3 half(2, 4, 4);
+  const Vec3 by_box = push_by({.shape = SurfaceShape::box, .half_size = half}, 4),
+             by_mesh = push_by({.shape = SurfaceShape::mesh, .mesh = test::mesh_of(test::box_corners(-half, half))}, 4);
+  EXPECT_NEAR((by_mesh - by_box).norm() / by_box.norm(), 0, 1e-9);
+  const Vec3 by_ball = push_by({.shape = SurfaceShape::sphere, .radius = 30}, 30),
+             by_triangles =
+                 push_by({.shape = SurfaceShape::mesh, .mesh = test::mesh_of(test::sphere_corners(30, 4))}, 30);
+  EXPECT_NEAR(by_triangles.z() / by_ball.z(), 1, 0.02);
 }
 
 // Whatever the increments, a beam does not get through.

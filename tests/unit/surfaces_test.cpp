@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "micro/cost_estimate.h"
+#include "tests/support/meshes.h"
 #include "tests/support/messages.h"
 #include "tests/support/run_scene.h"
 
@@ -67,9 +69,43 @@ TEST(SurfaceScenes, AreReadInTheFrameOfTheirBody) {
   EXPECT_LT((box.surface.half_size - Vec3(0.5e-3, 1e-3, 2e-3)).norm(), 1e-15);
 }
 
+// In millimetres, as people write it: the run has other units.
+TEST(SurfaceScenes, AMeshPushesAsTheBoxThatItIs) {
+  const auto reaction = [](const std::string& keys) {
+    std::string clamps;
+    for (const auto& [name, end, x] : {std::tuple{"left", "start", 0}, {"right", "end", 4}})
+      clamps += fmt::format(
+          "[[body]]\nname = \"{}\"\nposition = [\"{} mm\", \"0 mm\", \"0 mm\"]\n[[body.tie]]\n"
+          "fibers = \"beam\"\nend = \"{}\"\n",
+          name, x, end);
+    const Scene scene =
+        parse_scene(scene_of(clamps +
+                             "[[body]]\nname = \"punch\"\nposition = [\"2 mm\", \"0 mm\", \"0.6 mm\"]\n"
+                             "[[body.surface]]\n" +
+                             keys +
+                             "\n[[stage]]\nname = \"push\"\nincrements = 4\n"
+                             "[[stage.drive]]\nbodies = \"punch\"\ndof = \"z\"\ndisplacement = \"-0.1 mm\"\n"),
+                    "s.toml");
+    const auto result = test::run_scene(scene);
+    EXPECT_TRUE(result.done()) << result.summary.message;
+    return result.last().bodies.force.back();
+  };
+  std::string triangles;
+  for (const auto& t : test::box_corners({-0.4, -0.5, -0.5}, {0.4, 0.5, 0.5})) {
+    triangles += triangles.empty() ? "[" : ", [";
+    for (const Vec3& p : t) triangles += fmt::format("{}[{}, {}, {}]", &p == t.data() ? "" : ", ", p.x(), p.y(), p.z());
+    triangles += "]";
+  }
+  const Vec3 by_box = reaction("shape = \"box\"\nsize = [\"0.8 mm\", \"1 mm\", \"1 mm\"]"),
+             by_mesh = reaction("shape = \"mesh\"\nunit = \"1 mm\"\ntriangles = [" + triangles + "]");
+  EXPECT_LT(by_box.z(), -1e-3);
+  EXPECT_LT((by_mesh - by_box).norm(), 1e-6 * by_box.norm());
+}
+
 TEST(SurfaceScenes, WhatIsWrongIsToldWithItsKey) {
   const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
-      {"shape = \"cone\"", {"body[1].surface[1].shape = \"cone\"", "\"plane\", \"cylinder\", \"sphere\" or \"box\""}},
+      {"shape = \"cone\"",
+       {"body[1].surface[1].shape = \"cone\"", "\"plane\", \"cylinder\", \"sphere\", \"box\" or \"mesh\""}},
       {"shape = \"plane\"", {"body[1].surface[1].normal: missing", "what a plane needs"}},
       {"shape = \"plane\"\nnormal = [0, 0, 0]", {"surface[1].normal", "must have a direction"}},
       {"shape = \"sphere\"", {"surface[1].radius: missing"}},

@@ -8,6 +8,7 @@
 #include <vtkXMLPolyDataReader.h>
 
 #include "micro/solve/system.h"
+#include "tests/support/meshes.h"
 #include "tests/support/run_scene.h"
 
 namespace trame::micro {
@@ -17,10 +18,15 @@ TEST(SurfacesVtk, PointsAreOnTheSurface) {
   const Eigen::AlignedBox3d around(Vec3(-1, -2, -1), Vec3(3, 2, 1));
   const Vec3 leaning = Vec3(1, 2, 2) / 3;
   for (const Surface& surface :
-       {Surface{SurfaceShape::plane, Vec3(0.1, 0, 0), leaning}, Surface{SurfaceShape::sphere, Vec3(1, 0, 0), leaning, 2},
+       {Surface{SurfaceShape::plane, Vec3(0.1, 0, 0), leaning},
+        Surface{SurfaceShape::sphere, Vec3(1, 0, 0), leaning, 2},
         Surface{SurfaceShape::cylinder, Vec3(1, 0, 0), leaning, 0.5},
         Surface{SurfaceShape::cylinder, Vec3(1, 0, 0), leaning, 0.5, 1},
-        Surface{.shape = SurfaceShape::box, .center = Vec3(0, 1, 0), .half_size = Vec3(1, 2, 3)}}) {
+        Surface{.shape = SurfaceShape::box, .center = Vec3(0, 1, 0), .half_size = Vec3(1, 2, 3)},
+        Surface{.shape = SurfaceShape::mesh,
+        .center = Vec3(0, 1, 0),
+        .mesh = test::mesh_of(test::sphere_corners(1, 1)),
+        .unit = 0.5}}) {
     const PlacedSurface placed{0, surface, Vec3(0.3, 0.2, -0.1), rotation_matrix({0.3, -0.2, 0.9})};
     const auto shape = shape_of(placed, around);
     ASSERT_GT(shape->GetNumberOfPoints(), 3);
