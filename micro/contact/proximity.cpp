@@ -344,11 +344,8 @@ std::optional<Proximity> make_sample(const FiberField& field, const State& state
   return Proximity{*chord, part.high - part.low, 1, false, {0, static_cast<double>(c.sense), tau}};
 }
 
-/// To round-off: whether a tip is one must not depend on it.
-bool is_at_end(const FiberField& field, const Foot& foot) {
-  constexpr double sliver = 1e-9;  // of a radius
+bool is_at_end(const FiberField& field, const Foot& foot, double near = 0) {
   const FiberField::Ends ends = field.ends(foot.fiber);
-  const double near = sliver * field.mesh().radius[foot.fiber];
   return foot.s <= ends.start + near || foot.s >= ends.end - near;
 }
 
@@ -446,9 +443,10 @@ std::optional<Proximity> point_on(const FiberField& field, const State& state, c
   const double whole =
       std::min(covered_share(field, chord.a), covered_share(field, chord.b)) * sum_of_radii(field, a, b);
   share = std::clamp(least_length / whole, share, 1.0);
-  // Tips have no contact with tips.
-  if (is_at_end(field, chord.a)) share *= share_beside_end(field, chord.b);
-  if (is_at_end(field, chord.b)) share *= share_beside_end(field, chord.a);
+  // Tips have no contact with tips; what is one must not depend on round-off.
+  const double sliver = 1e-9 * smaller_radius(field, a, b);
+  if (is_at_end(field, chord.a, sliver)) share *= share_beside_end(field, chord.b);
+  if (is_at_end(field, chord.b, sliver)) share *= share_beside_end(field, chord.a);
   if (share < least_share) return std::nullopt;
   return Proximity{chord, share * whole, share, true, hold_at(field, search, chord)};
 }
