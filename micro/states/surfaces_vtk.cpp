@@ -94,7 +94,7 @@ Shape mesh(const Surface& s) {
   for (const Vec3& p : t.points) points->InsertNextPoint(Vec3(s.center + s.unit * p).data());
   vtkNew<vtkCellArray> cells;
   for (const auto& [a, b, c] : t.corners) cells->InsertNextCell({a, b, c});
-  const Shape shape = Shape::New();
+  Shape shape = Shape::New();
   shape->SetPoints(points);
   shape->SetPolys(cells);
   return shape;
