@@ -527,8 +527,8 @@ void replace_pattern(const std::string& toml, const toml::table& root, const Sce
                  picture_instead(*found->second.value<std::string>(), *scene.weave, first_weft, first_warp)});
 }
 
-std::string triangles_instead(const std::string& file, const std::filesystem::path& folder) {
-  const Triangles read = read_triangles(folder / file);
+std::string triangles_instead(const TriangleMesh& mesh) {
+  const Triangles& read = mesh.triangles();
   std::vector<std::string> points, triangles;
   for (const Vec3& p : read.points) points.push_back(fmt::format("[{}, {}, {}]", p.x(), p.y(), p.z()));
   for (const auto& [a, b, c] : read.corners)
@@ -536,7 +536,7 @@ std::string triangles_instead(const std::string& file, const std::filesystem::pa
   return fmt::format("triangles = [{}]", fmt::join(triangles, ", "));
 }
 
-void replace_meshes(const std::string& toml, const toml::table& root, const std::filesystem::path& folder,
+void replace_meshes(const std::string& toml, const toml::table& root, const Scene& scene,
                     std::vector<Replacement>& all) {
   const toml::array* bodies = root["body"].as_array();
   for (std::size_t b = 0; bodies && b < bodies->size(); ++b) {
@@ -545,17 +545,16 @@ void replace_meshes(const std::string& toml, const toml::table& root, const std:
       const toml::table* surface = surfaces->get_as<toml::table>(s);
       if (const auto found = surface->find("file"); found != surface->end())
         all.push_back({offset_of(toml, found->first.source().begin), offset_of(toml, found->second.source().end),
-                       triangles_instead(*found->second.value<std::string>(), folder)});
+                       triangles_instead(*scene.bodies[b].surfaces[s].surface.mesh)});
     }
   }
 }
 
 /// The text of a scene with pattern and meshes in place of the names of the files that have them.
-std::string with_files_inside(std::string toml, const toml::table& root, const Scene& scene,
-                              const std::filesystem::path& folder) {
+std::string with_files_inside(std::string toml, const toml::table& root, const Scene& scene) {
   std::vector<Replacement> all;
   replace_pattern(toml, root, scene, all);
-  replace_meshes(toml, root, folder, all);
+  replace_meshes(toml, root, scene, all);
   std::ranges::sort(all, std::greater<>(), &Replacement::from);
   for (const Replacement& r : all) toml.replace(r.from, r.to - r.from, r.text);
   return toml;
@@ -583,7 +582,7 @@ Scene parse_scene(const std::string& toml, const std::string& origin, const std:
   }
   root.fail_for_noted();
   scene.name = made_name(std::filesystem::path(origin).stem().string());
-  scene.text = with_files_inside(toml, table, scene, folder);
+  scene.text = with_files_inside(toml, table, scene);
   return scene;
 }
 

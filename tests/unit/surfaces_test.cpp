@@ -11,6 +11,7 @@
 #include "micro/cost_estimate.h"
 #include "tests/support/meshes.h"
 #include "tests/support/messages.h"
+#include "tests/support/rod_scene.h"
 #include "tests/support/run_scene.h"
 
 namespace trame::micro {
@@ -21,23 +22,7 @@ using trame::test::input_error;
 
 /// A straight fiber of radius 0.1 mm on the x axis, or a bundle, and what is added.
 std::string scene_of(const std::string& rest, const std::string& fibers = "") {
-  return R"([material.m]
-model = "isotropic"
-young_modulus = "1 GPa"
-poisson_ratio = 0.3
-[fiber_type.f]
-material = "m"
-diameter = "0.2 mm"
-model = "rod"
-)" +
-         (fibers.empty() ? R"([[fiber]]
-name = "beam"
-fiber_type = "f"
-points = [["0 mm", "0 mm", "0 mm"], ["4 mm", "0 mm", "0 mm"]]
-elements = 4
-)"
-                         : fibers) +
-         rest;
+  return fibers.empty() ? trame::test::rod_scene(rest) : trame::test::rod_type() + fibers + rest;
 }
 std::string surface(const std::string& keys) {
   return scene_of("[[body]]\nname = \"tool\"\nposition = [\"1 mm\", \"2 mm\", \"3 mm\"]\n[[body.surface]]\n" + keys +

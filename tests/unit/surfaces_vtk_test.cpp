@@ -9,6 +9,7 @@
 
 #include "micro/solve/system.h"
 #include "tests/support/meshes.h"
+#include "tests/support/rod_scene.h"
 #include "tests/support/run_scene.h"
 
 namespace trame::micro {
@@ -43,20 +44,7 @@ TEST(SurfacesVtk, PointsAreOnTheSurface) {
 
 TEST(SurfacesVtk, SeriesHasThemFromTheirStageOn) {
   const trame::test::TemporaryFolder folder;
-  const Scene scene = parse_scene(R"([material.m]
-model = "isotropic"
-young_modulus = "1 GPa"
-poisson_ratio = 0.3
-[fiber_type.f]
-material = "m"
-diameter = "0.2 mm"
-model = "rod"
-[[fiber]]
-name = "beam"
-fiber_type = "f"
-points = [["0 mm", "0 mm", "0 mm"], ["4 mm", "0 mm", "0 mm"]]
-elements = 4
-[[body]]
+  const Scene scene = parse_scene(trame::test::rod_scene(R"([[body]]
 name = "ball"
 position = ["2 mm", "0 mm", "1.2 mm"]
 [[body.surface]]
@@ -69,7 +57,7 @@ increments = 1
 [[stage]]
 name = "later"
 increments = 1
-)",
+)"),
                                   "s.toml");
   SimulateOptions options;
   options.states = folder / "states.h5";

@@ -16,14 +16,15 @@
 #include "micro/scene/scene.h"
 #include "tests/support/meshes.h"
 #include "tests/support/messages.h"
+#include "tests/support/rod_scene.h"
 #include "tests/support/temporary_folder.h"
 
 namespace trame::micro {
 namespace {
 
+using test::mesh_of;
 using trame::test::expect_mentions;
 using trame::test::input_error;
-using test::mesh_of;
 
 class RandomPoints {
  public:
@@ -250,20 +251,7 @@ TEST_F(TriangleFiles, WhatCannotBeReadIsRefused) {
 TEST_F(TriangleFiles, ASceneNeedsTheFileNoMoreOnceItIsRead) {
   (void)write("punch.stl", binary_stl(box_, 12));
   const auto scene_with = [](const std::string& keys) {
-    return R"([material.m]
-model = "isotropic"
-young_modulus = "1 GPa"
-poisson_ratio = 0.3
-[fiber_type.f]
-material = "m"
-diameter = "0.2 mm"
-model = "rod"
-[[fiber]]
-name = "beam"
-fiber_type = "f"
-points = [["0 mm", "0 mm", "0 mm"], ["4 mm", "0 mm", "0 mm"]]
-elements = 4
-[[body]]
+    return trame::test::rod_scene(R"([[body]]
 name = "punch"
 position = ["1 mm", "2 mm", "9 mm"]
 [[body.surface]]
@@ -271,7 +259,7 @@ shape = "mesh"
 )" + keys + R"(
 [[stage]]
 name = "push"
-)";
+)");
   };
   const Scene scene =
       parse_scene(scene_with("file = \"punch.stl\"  # of a drawing\nunit = \"2 mm\""), "s.toml", folder_.path());
