@@ -336,11 +336,16 @@ void Contact::update(const State& state, bool keep) {
   elements_n_ = elements_;
 }
 
-bool Contact::follow(const State& state, Follow what) {
+bool Contact::concerns(const ContactElement& e, const Region& region) const {
+  return region.has(field_.element_node(e.fiber_a, 0)) || region.has(field_.element_node(e.fiber_b, 0));
+}
+
+bool Contact::follow(const State& state, Follow what, const Region& region) {
   bool grown = false;
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     ContactElement& e = elements_[i];
+    if (!concerns(e, region)) continue;
     // From where the feet were when the iteration began: a long step that is tried and given up leaves no trace.
     e.pair.chord.a = e.feet_at_iteration[0];
     e.pair.chord.b = e.feet_at_iteration[1];
@@ -349,12 +354,14 @@ bool Contact::follow(const State& state, Follow what) {
   }
   if (law_.friction && renews_limits(what)) {
 #pragma omp parallel for schedule(static)
-    for (std::size_t i = 0; i < elements_.size(); ++i) stick_slip_[i] = make_stick_slip(elements_[i], known_[i]);
+    for (std::size_t i = 0; i < elements_.size(); ++i)
+      if (concerns(elements_[i], region)) stick_slip_[i] = make_stick_slip(elements_[i], known_[i]);
   }
   if (is_trial(what)) return false;
 #pragma omp parallel for schedule(static) reduction(|| : grown)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     ContactElement& e = elements_[i];
+    if (!concerns(e, region)) continue;
     e.feet_at_iteration = {e.pair.chord.a, e.pair.chord.b};
     e.lean_at_iteration = e.pair.lean;
     grown = e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b) || grown;
@@ -398,6 +405,7 @@ void Contact::add_sparsity(Pattern::Builder& builder) const {
 
 void Contact::add(const State& state, Assembler& assembler) const {
   for (std::size_t i = 0; i < elements_.size(); ++i) {
+    if (!concerns(elements_[i], assembler.region())) continue;
     add_contact_element(field_, elements_[i], regularisation(elements_[i]), assembler);
     if (law_.friction) add_friction(elements_[i], stick_slip_[i], field_.layout(), state, assembler);
   }

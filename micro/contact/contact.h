@@ -21,7 +21,7 @@ class Contact final : public Effect {
   [[nodiscard]] std::string_view name() const override { return "contact"; }
   void begin_step(const State& start, double stage_time) override;
   void update(const State& state, bool keep = false) override;
-  bool follow(const State& state, Follow what) override;
+  bool follow(const State& state, Follow what, const Region& region) override;
   /// A fiber whose box is apart from all others may go half of that distance.
   void limit_reach(const State& state, std::span<double> reach) const override;
   void add_sparsity(Pattern::Builder& builder) const override;
@@ -62,6 +62,8 @@ class Contact final : public Effect {
   [[nodiscard]] StickSlip make_stick_slip(ContactElement& element, const ContactHistory* known) const;
   /// Friction of element i. Only with friction.
   [[nodiscard]] Friction friction_of(std::size_t i, const State& state) const;
+  /// Whether an element moves with fibers that are free.
+  [[nodiscard]] bool concerns(const ContactElement& element, const Region& region) const;
   [[nodiscard]] double penalty_energy_at(const State& state) const;
   /// Energy of the reversible slips.
   [[nodiscard]] double slip_energy(const State& state) const;

@@ -399,9 +399,10 @@ std::string SurfaceContact::behind_at(const State& state) const {
   return {};
 }
 
-bool SurfaceContact::follow(const State& state, Follow what) {
+bool SurfaceContact::follow(const State& state, Follow what, const Region& region) {
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
+    if (!region.has(elements_[i].shape.slots.node[0])) continue;
     measure(state, elements_[i]);
     if (law_.friction && renews_limits(what)) stick_slip_[i] = make_stick_slip(elements_[i], known_[i]);
   }

@@ -80,7 +80,7 @@ class SurfaceContact final : public Effect {
   [[nodiscard]] std::string_view name() const override { return "contact with surfaces"; }
   void begin_step(const State& start, double stage_time) override;
   void update(const State& state, bool keep = false) override;
-  bool follow(const State& state, Follow what) override;
+  bool follow(const State& state, Follow what, const Region& region) override;
   /// A fiber may go half of its distance to the nearest surface; its body likewise, which may not turn farther.
   void limit_reach(const State& state, std::span<double> reach) const override;
   void add_sparsity(Pattern::Builder& builder) const override;

@@ -22,7 +22,7 @@ std::vector<double> gradient(StageModel& model, const State& state) {
   Assembler assembler(model.layout, nullptr, 0, model.layout.n_nodes(), force.data(), magnitude.data(), nullptr,
                       Assembler::Tangent::none);
   for (const auto& effect : model.effects) {
-    (void)effect->follow(state, Effect::Follow::renewal);
+    (void)effect->follow(state, Effect::Follow::renewal, everywhere);
     effect->add(state, assembler);
   }
   return force;

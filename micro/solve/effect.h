@@ -35,9 +35,9 @@ class Effect {
   [[nodiscard]] static constexpr bool renews_limits(Follow what) {
     return what == Follow::renewed_trial || what == Follow::renewal;
   }
-  /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Returns
-  /// true where couplings have come up that are not in the sparsity.
-  virtual bool follow(const State& /*state*/, Follow /*what*/) { return false; }
+  /// Goes with the state, which is about to be assembled at: contact slides to where fibers face each other. Outside
+  /// of the region nothing has moved. Returns true where couplings have come up that are not in the sparsity.
+  virtual bool follow(const State& /*state*/, Follow /*what*/, const Region& /*region*/) { return false; }
   /// Whether the effect is the fibers' own elasticity. What is not, comes from outside of a fiber: contact, friction,
   /// bodies, loads. Equilibrium is judged against that.
   [[nodiscard]] virtual bool is_elastic() const { return false; }

@@ -20,9 +20,10 @@ std::string_view describe(NewtonOutcome::Status status) {
   return "";
 }
 
-NewtonSolver::NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers)
-    : layout_(layout), settings_(settings), timers_(timers), system_(layout, n_threads, timers),
-      finder_(system_, settings.linear, n_threads, timers), last_step_(layout.n_vectors(), Vec3::Zero()) {
+NewtonSolver::NewtonSolver(const Layout& layout, NewtonSettings settings, int n_threads, Timers& timers, Region region)
+    : layout_(layout), settings_(std::move(settings)), n_threads_(n_threads), region_(std::move(region)),
+      timers_(timers), system_(layout, n_threads, timers, region_),
+      finder_(system_, settings_.linear, n_threads, timers), last_step_(layout.n_vectors(), Vec3::Zero()) {
   settings_.units.resize(layout.n_vectors(), 1.0);
   reset_reach();
 }
@@ -55,7 +56,7 @@ void NewtonSolver::follow(Effects& effects, const State& state, Effect::Follow w
   bool grown = false;
   {
     const auto guard = timers_.measure(Phase::detection);
-    for (const auto& effect : effects) grown = effect->follow(state, what) || grown;
+    for (const auto& effect : effects) grown = effect->follow(state, what, region_) || grown;
   }
   if (grown) cover_sparsity(effects);
 }
@@ -147,7 +148,7 @@ bool NewtonSolver::seen_unstable(Effects& effects, const PrescribedMotion& presc
 /// trial_ = `state` and `alpha` of the step.
 void NewtonSolver::try_step(const State& state, double alpha) {
   retract(layout_, state, finder_.step(), alpha, trial_);
-  for (Index v = 0; v < layout_.n_vectors(); ++v) 
+  for (Index v = 0; v < layout_.n_vectors(); ++v)
     last_step_[v] = alpha * Eigen::Map<const Vec3>(finder_.step().data() + 3 * v);
 }
 
@@ -163,8 +164,7 @@ double NewtonSolver::slope(const PrescribedMotion& prescribed) const {
 /// has turned upward steeply at `alpha`: regula falsi on the slope between the longest step known to be downhill and
 /// the shortest known to be too long. Where the potential falls ever more steeply, which says nothing of how far:
 /// doubled as long as it goes on falling, up to `longest`.
-double NewtonSolver::line_search(Solution& at, const State& state, double alpha, double longest,
-                                 double slope_at_zero) {
+double NewtonSolver::line_search(Solution& at, const State& state, double alpha, double longest, double slope_at_zero) {
   constexpr int max_trials = 6;
   constexpr double nearly_vanished = 0.8;  // of the first slope: Newton's steps are good, what is far too long is not
   constexpr double shortest_share = 0.1, longest_share = 0.7, half = 0.5;  // of the range, for the next trial
@@ -220,7 +220,7 @@ NewtonOutcome::Status NewtonSolver::iterate(Solution& at, State& state, NewtonOu
   const State start = state;
   for (;; ++at.n_iterations) {
     // Limits of friction go with the forces, but do not run after them for ever.
-    renews_limits_ = at.n_iterations < max_renewals;
+    renews_limits_ = settings_.renews_limits && at.n_iterations < max_renewals;
     const Residual r = evaluate(at.effects, at.prescribed, state, renews_limits_);
     outcome.residual = r.relative();
     outcome.worst_dof = r.worst_dof;
@@ -241,11 +241,65 @@ NewtonOutcome::Status NewtonSolver::iterate(Solution& at, State& state, NewtonOu
     // A force that jumps holds up line searches: contacts have come or gone, which is looked for anew.
     const bool held_up = at.control->is_held_up();
     const double travel = largest(unit_, [&](Index v) { return (state.q[v] - start.q[v]).norm(); }).size;
-    if (held_up || travel > (1 + round_off) * settings_.travel_cap) {
+    const bool restless = !held_up && settle_restless_fibers(at, settings_.travel_cap - travel, state, log);
+    if (held_up || restless || travel > (1 + round_off) * settings_.travel_cap) {
       ++at.n_iterations;
       return held_up ? Status::held_up : Status::travelled;
     }
   }
+}
+
+/// Fibers that the last step has moved far, with all else held where it is; nothing where they are not few.
+std::optional<NewtonSolver::Restless> NewtonSolver::restless_fibers(const PrescribedMotion& prescribed) const {
+  constexpr double far = 0.03;                        // in units
+  constexpr double among_those_that_move_most = 0.1;  // of the longest
+  constexpr int few = 8;                              // one of so many
+  const auto farthest = [&](Index begin, Index end) {
+    double most = 0;
+    for (Index v = begin; v < end; ++v) most = std::max(most, last_step_[v].norm() / unit_[v]);
+    return most;
+  };
+  const double most = farthest(0, layout_.n_vectors());
+  if (most < far) return std::nullopt;
+  Restless restless{.held = {std::vector<char>(layout_.n_dofs(), 1), std::vector<double>(layout_.n_dofs(), 0.0)}};
+  std::vector<char> is_free(layout_.n_nodes(), 0);
+  for (const NewtonSettings::Part& part : settings_.parts) {
+    if (farthest(part.begin, part.end) < among_those_that_move_most * most) continue;
+    restless.fibers.push_back(part);
+    if (few * restless.fibers.size() > settings_.parts.size()) return std::nullopt;
+    for (Index v = part.begin; v < part.end; ++v) is_free[system_.node_of(v)] = 1;
+    std::copy(prescribed.fixed.begin() + 3 * part.begin, prescribed.fixed.begin() + 3 * part.end,
+              restless.held.fixed.begin() + 3 * part.begin);
+  }
+  if (restless.fibers.empty()) return std::nullopt;
+  restless.region = Region(std::move(is_free));
+  return restless;
+}
+
+/// Few fibers that snap while the others hardly move find an equilibrium between the others as they are, by iterations
+/// that cost next to nothing beside those of all: nonlinear elimination. Returns whether they have gone up to
+/// `travel_left`.
+bool NewtonSolver::settle_restless_fibers(Solution& at, double travel_left, State& state, const Log& log) {
+  constexpr double costly = 1e10;  // flops of a factorisation
+  constexpr int max_iterations = 20;
+  if (at.remaining > 0 || travel_left <= 0 || n_factor_flops() < costly || !region_.is_everywhere()) return false;
+  std::optional<Restless> restless = restless_fibers(at.prescribed);
+  if (!restless) return false;
+  NewtonSettings settings = settings_;
+  settings.linear = {};
+  settings.max_iterations = max_iterations;
+  settings.travel_cap = travel_left;
+  settings.renews_limits = false;
+  NewtonSolver solver(layout_, std::move(settings), n_threads_, timers_, std::move(restless->region));
+  solver.unit_ = unit_;
+  solver.cover_sparsity(at.effects);
+  const NewtonOutcome outcome = solver.solve(at.effects, restless->held, at.slack, state, {});
+  if (log)
+    log(fmt::format("      {} restless fibers by themselves: {} iterations, {}", restless->fibers.size(),
+                    outcome.n_iterations, describe(outcome.status)));
+  for (const NewtonSettings::Part& fiber : restless->fibers)  // nothing is left of the step's stretch
+    std::fill(last_step_.begin() + fiber.begin, last_step_.begin() + fiber.end, Vec3::Zero());
+  return outcome.status == NewtonOutcome::Status::travelled;
 }
 
 /// Goes on from `state`, at which there is the residual r. False where the tangent is singular.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,7 @@ struct NewtonSettings {
     double negligible = 0;  ///< residual norm that is nothing for it, force
   };
   std::vector<Part> parts{};
+  bool renews_limits = true;                          ///< of friction, with each of the first iterations
   std::function<bool()> stop = [] { return false; };  ///< asked before each iteration: whether to end without a result
 };
 
@@ -79,7 +81,8 @@ struct Residual {
 /// Keeps what is worth keeping between systems of the same layout: pattern, symbolic factorisation, workspaces.
 class NewtonSolver {
  public:
-  NewtonSolver(const Layout& layout, const NewtonSettings& settings, int n_threads, Timers& timers);
+  /// Of the fibers of a region; all other nodes must be prescribed, and stay where they are.
+  NewtonSolver(const Layout& layout, NewtonSettings settings, int n_threads, Timers& timers, Region region = {});
 
   /// Makes the pattern cover the sparsity of the effects; a pattern that covers it already is kept. Returns true for a
   /// new one.
@@ -133,6 +136,14 @@ class NewtonSolver {
   NewtonOutcome::Status iterate(Solution& at, State& state, NewtonOutcome& outcome, const Log& log);
   [[nodiscard]] bool make_step(Solution& at, const Residual& r, State& state, const Log& log);
   [[nodiscard]] StepProblem problem(const Solution& at, const State& state, double tolerance) const;
+  /// Fibers by themselves.
+  struct Restless {
+    std::vector<NewtonSettings::Part> fibers{};
+    Region region{};
+    PrescribedMotion held{};
+  };
+  [[nodiscard]] std::optional<Restless> restless_fibers(const PrescribedMotion& prescribed) const;
+  [[nodiscard]] bool settle_restless_fibers(Solution& at, double travel_left, State& state, const Log& log);
   [[nodiscard]] Residual residual(const PrescribedMotion& prescribed) const;
   /// Forces and moments that fibers, or those of a range of vectors, get and lack.
   [[nodiscard]] Residual between(const PrescribedMotion& prescribed, Index vector_begin, Index vector_end) const;
@@ -146,6 +157,8 @@ class NewtonSolver {
 
   const Layout& layout_;
   NewtonSettings settings_;
+  int n_threads_;
+  Region region_;
   Timers& timers_;
   TangentSystem system_;
   StepFinder finder_;

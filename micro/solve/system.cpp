@@ -36,7 +36,7 @@ void retract(const Layout& layout, const State& state, std::span<const double> s
 void Pattern::Builder::add_clique(std::span<const Index> nodes) {
   for (std::size_t a = 0; a < nodes.size(); ++a)
     for (std::size_t b = a + 1; b < nodes.size(); ++b) {
-      if (nodes[a] == nodes[b]) continue;
+      if (nodes[a] == nodes[b] || !region_->has(nodes[a]) || !region_->has(nodes[b])) continue;
       const auto [low, high] = std::minmax(nodes[a], nodes[b]);
       pairs_.push_back(static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high));
     }

@@ -56,17 +56,32 @@ struct State {
 /// state ⊕ α·step: vectors add, rotations turn by the rotation vector of their step.
 void retract(const Layout& layout, const State& state, std::span<const double> step, double alpha, State& result);
 
+/// Nodes that are free while all others are held where they are; all of them where nothing else is said.
+class Region {
+ public:
+  Region() = default;
+  explicit Region(std::vector<char> is_free) : is_free_(std::move(is_free)) {}
+  [[nodiscard]] bool is_everywhere() const { return is_free_.empty(); }
+  [[nodiscard]] bool has(Index node) const { return is_everywhere() || is_free_[node]; }
+
+ private:
+  std::vector<char> is_free_;
+};
+inline const Region everywhere;
+
 /// Lower-triangular sparsity by node pairs. Column j holds node j itself and its coupled nodes i > j, ascending.
 class Pattern {
  public:
   /// Collects cliques of nodes that an effect couples.
   class Builder {
    public:
+    explicit Builder(const Region& region = everywhere) : region_(&region) {}
     void add_clique(std::span<const Index> nodes);
     friend class Pattern;
 
    private:
     void compact();
+    const Region* region_;              // couplings to nodes outside of it are left out
     std::vector<std::uint64_t> pairs_;  // (lower node << 32) | higher node
     std::size_t compact_at_ = 1u << 22;
   };
@@ -114,9 +129,9 @@ class Assembler {
 
   /// `magnitude` gets, for each vector, the sum of the sizes of what is added to it from now on.
   Assembler(const Layout& layout, const Pattern* pattern, Index node_begin, Index node_end, double* force,
-            double* magnitude, double* values, Tangent tangent)
-      : layout_(layout), pattern_(pattern), begin_(node_begin), end_(node_end), force_(force), magnitude_(magnitude),
-        values_(values), tangent_(tangent) {}
+            double* magnitude, double* values, Tangent tangent, const Region& region = everywhere)
+      : layout_(layout), pattern_(pattern), region_(region), begin_(node_begin), end_(node_end), force_(force),
+        magnitude_(magnitude), values_(values), tangent_(tangent) {}
 
   void set_magnitude(double* magnitude) { magnitude_ = magnitude; }
 
@@ -133,11 +148,14 @@ class Assembler {
   [[nodiscard]] const Vec3* last_step() const { return last_step_; }
   [[nodiscard]] bool expects_forces() const { return last_step_ && stress_of_forces_ == Stress::expected; }
 
+  [[nodiscard]] const Region& region() const { return region_; }
   [[nodiscard]] Tangent tangent() const { return tangent_; }
   [[nodiscard]] bool wants_tangent() const { return tangent_ != Tangent::none; }
-  [[nodiscard]] bool owns(Index node) const { return node >= begin_ && node < end_; }
-  /// True if the node range [first, last] has an owned node.
-  [[nodiscard]] bool touches(Index first, Index last) const { return first < end_ && last >= begin_; }
+  [[nodiscard]] bool owns(Index node) const { return node >= begin_ && node < end_ && region_.has(node); }
+  /// True if the node range [first, last] of a fiber has an owned node. Fibers are free as a whole.
+  [[nodiscard]] bool touches(Index first, Index last) const {
+    return first < end_ && last >= begin_ && region_.has(first);
+  }
 
   /// Adds `f` to the gradient of the energy at vector `v` of `node`, if owned.
   void add_force(Index node, int v, const Vec3& f) {
@@ -153,12 +171,17 @@ class Assembler {
   };
   [[nodiscard]] Block block(Index i, Index j) const {
     assert(i >= j && owns(j));
+    if (!region_.has(i)) return {unused_.data(), max_width};
     return {values_ + pattern_->value_start(j) + pattern_->row_offset(i, j), pattern_->column_height(j)};
   }
 
  private:
+  static constexpr Index max_width = 9;  // dofs of a node
+
   const Layout& layout_;
   const Pattern* pattern_;
+  const Region& region_;
+  mutable std::array<double, static_cast<std::size_t>(max_width* max_width)> unused_{};  // couplings to what is held
   Index begin_, end_;
   double *force_, *magnitude_, *values_;
   Tangent tangent_;

@@ -8,9 +8,9 @@
 
 namespace trame::micro {
 
-TangentSystem::TangentSystem(const Layout& layout, int n_threads, Timers& timers)
-    : layout_(layout), n_threads_(n_threads), timers_(timers), force_(layout.n_dofs()), inner_(layout.n_vectors()),
-      outer_(layout.n_vectors()) {
+TangentSystem::TangentSystem(const Layout& layout, int n_threads, Timers& timers, const Region& region)
+    : layout_(layout), n_threads_(n_threads), timers_(timers), region_(region), force_(layout.n_dofs()),
+      inner_(layout.n_vectors()), outer_(layout.n_vectors()) {
   for (Index j = 0; j < layout.n_nodes(); ++j) node_of_.insert(node_of_.end(), layout.n_vectors(j), j);
   owned_from_.resize(n_threads_ + 1);
   for (int t = 0; t <= n_threads_; ++t)
@@ -18,7 +18,7 @@ TangentSystem::TangentSystem(const Layout& layout, int n_threads, Timers& timers
 }
 
 bool TangentSystem::cover_sparsity(const Effects& effects) {
-  Pattern::Builder builder;
+  Pattern::Builder builder(region_);
   {
     const auto guard = timers_.measure(Phase::detection);
     for (const auto& effect : effects) effect->add_sparsity(builder);
@@ -45,7 +45,7 @@ void TangentSystem::assemble(const Effects& effects, const State& state, std::sp
       };
       std::fill(value_limit(begin), value_limit(end), 0.0);
     }
-    Assembler assembler(layout_, &pattern_, begin, end, force_.data(), inner_.data(), values_.data(), tangent);
+    Assembler assembler(layout_, &pattern_, begin, end, force_.data(), inner_.data(), values_.data(), tangent, region_);
     // Actual forces alone know nothing of it.
     if (tangent != Assembler::Tangent::none || of_forces == Assembler::Stress::expected)
       assembler.set_last_step(last_step.data(), of_forces);

@@ -22,7 +22,8 @@ struct PrescribedMotion {
 /// Matrix and forces as last assembled. Keeps what is worth keeping between systems of the same layout.
 class TangentSystem {
  public:
-  TangentSystem(const Layout& layout, int n_threads, Timers& timers);
+  /// Of the nodes of a region, which must outlive it; all others have to be prescribed, and stay where they are.
+  TangentSystem(const Layout& layout, int n_threads, Timers& timers, const Region& region = everywhere);
 
   /// Makes the pattern cover the sparsity of the effects; a pattern that covers it already is kept. Returns true for a
   /// new one.
@@ -52,6 +53,7 @@ class TangentSystem {
   /// Of each vector: sizes of the forces of elasticity, and of all others.
   [[nodiscard]] const std::vector<double>& inner() const { return inner_; }
   [[nodiscard]] const std::vector<double>& outer() const { return outer_; }
+  [[nodiscard]] Index node_of(Index vector) const { return node_of_[vector]; }
   [[nodiscard]] bool is_position(Index vector) const { return vector == layout_.first_vector(node_of_[vector]); }
   /// Norms of K_ii q_i over all forces and all moments: what round-off is a share of.
   [[nodiscard]] std::pair<double, double> diagonal_forces(const State& state) const;
@@ -60,6 +62,7 @@ class TangentSystem {
   const Layout& layout_;
   int n_threads_;
   Timers& timers_;
+  const Region& region_;
   Pattern pattern_;
   std::vector<Index> owned_from_;  // n_threads + 1 node limits
   std::vector<Index> node_of_;     // of each vector

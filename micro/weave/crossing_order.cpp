@@ -102,10 +102,12 @@ bool CrossingOrder::follow(const State& state, Element& e) const {
   return crosses;
 }
 
-bool CrossingOrder::follow(const State& state, Follow what) {
+bool CrossingOrder::follow(const State& state, Follow what, const Region& region) {
+  const auto is_free = [&](const Foot& foot) { return region.has(field_.element_node(foot.fiber, 0)); };
   bool grown = false;
 #pragma omp parallel for schedule(static) reduction(|| : grown)
   for (Element& e : elements_) {
+    if (!is_free(e.a) && !is_free(e.b)) continue;
     e.a = e.feet_at_iteration[0];
     e.b = e.feet_at_iteration[1];
     follow(state, e);

@@ -30,7 +30,7 @@ class CrossingOrder final : public Effect {
   [[nodiscard]] std::string_view name() const override { return "crossing order"; }
   void begin_step(const State& start, double stage_time) override;
   void update(const State& state, bool keep = false) override;
-  bool follow(const State& state, Follow what) override;
+  bool follow(const State& state, Follow what, const Region& region) override;
   void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;

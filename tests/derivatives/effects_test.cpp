@@ -85,7 +85,7 @@ TEST(Derivatives, FrictionThatGoesWithTheNormalForce) {
     auto& [scene, contact] = rubbing;
     for (const double amplitude : {0.003, 0.05}) {
       const State state = perturbed(scene.layout, scene.state, amplitude, 4);
-      (void)contact.follow(state, Effect::Follow::renewal);
+      (void)contact.follow(state, Effect::Follow::renewal, everywhere);
       const Eigen::MatrixXd tangent = test::assemble(contact, scene.layout, state).tangent;
       UnsymmetricTerms terms;
       contact.add_unsymmetric(state, terms);
@@ -98,7 +98,7 @@ TEST(Derivatives, FrictionThatGoesWithTheNormalForce) {
         const auto force_at = [&](double h) {
           State s;
           retract(scene.layout, state, step, h, s);
-          (void)contact.follow(s, Effect::Follow::renewed_trial);
+          (void)contact.follow(s, Effect::Follow::renewed_trial, everywhere);
           return test::assemble(contact, scene.layout, s).force;
         };
         constexpr double h = 1e-6;

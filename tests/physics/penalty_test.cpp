@@ -162,7 +162,7 @@ TEST(Contact, WhatHasPressedStaysUntilContactsAreLookedForAfresh) {
   const std::size_t n = contact.elements().size();
   ASSERT_GT(n, 0);
   for (int search = 0; search < 2; ++search) {
-    (void)contact.follow(apart, Effect::Follow::iteration);
+    (void)contact.follow(apart, Effect::Follow::iteration, everywhere);
     contact.update(apart, true);
     ASSERT_EQ(contact.elements().size(), n);
     EXPECT_GT(contact.elements().front().gap(), 9);

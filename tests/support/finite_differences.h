@@ -99,7 +99,7 @@ struct LeftOut {
 };
 inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, const State& state,
                                           const LeftOut& left_out = {}) {
-  (void)effect.follow(state, Effect::Follow::renewal);
+  (void)effect.follow(state, Effect::Follow::renewal, everywhere);
   const Assembled exact = assemble(effect, layout, state);
   ASSERT_GT(exact.force.norm() + exact.tangent.norm(), 0) << "the effect does nothing here";
   for (std::uint32_t seed = 100; seed < 106; ++seed) {
@@ -137,7 +137,7 @@ inline void expect_consistent_derivatives(Effect& effect, const Layout& layout, 
     retract(layout, state, unit, h, forward);
     retract(layout, state, unit, -h, backward);
     const auto force_at = [&](const State& s) {
-      (void)effect.follow(s, Effect::Follow::trial);
+      (void)effect.follow(s, Effect::Follow::trial, everywhere);
       return assemble(effect, layout, s).force;
     };
     const Eigen::VectorXd column = (force_at(forward) - force_at(backward)) / (2 * h);

@@ -94,7 +94,7 @@ Contact contact_of(const test::TwoFibers& scene, bool friction) {
 void step(Contact& contact, const State& start, const State& found, const State& end) {
   contact.begin_step(start, 1);
   contact.update(found);
-  (void)contact.follow(end, Effect::Follow::renewal);
+  (void)contact.follow(end, Effect::Follow::renewal, everywhere);
   contact.commit(end);
 }
 
