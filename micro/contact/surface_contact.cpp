@@ -288,8 +288,10 @@ const SurfaceContactHistory* SurfaceContact::find_history(const Element& e) cons
 
 void SurfaceContact::set_history(std::vector<SurfaceContactHistory> history) {
   history_ = std::move(history);
-  if (!law_.friction)
-    for (SurfaceContactHistory& h : history_) h.traction.setZero();
+  for (SurfaceContactHistory& h : history_) {
+    h.raised_at = 0;  // it was for the stage that is over
+    if (!law_.friction) h.traction.setZero();
+  }
 }
 
 Vec3 SurfaceContact::relative_position(const Element& e, const State& state) const {

@@ -78,6 +78,9 @@ class Scenes(unittest.TestCase):
 
     def test_lengths(self):
         self.assertAlmostEqual(trame.length_of("130 um"), 130e-6)
+        self.assertAlmostEqual(trame.scene.spacing_of({"yarn_spacing": "130 um"}), 130e-6)
+        for sett in ("50 per cm", "50 cm-1", "50 /cm", "127 per inch"):
+            self.assertAlmostEqual(trame.scene.spacing_of({"sett": sett}), 0.01 / 50)
         self.assertAlmostEqual(trame.length_of("1e-1 mm"), 1e-4)
         with self.assertRaisesRegex(ValueError, "5 kg"):
             trame.length_of("5 kg")

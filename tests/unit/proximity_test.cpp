@@ -81,7 +81,9 @@ void expect_true_chords(const Fibers& f, const ProximitySearch& search, const st
               1e-9 * sum);
     EXPECT_GT(p.length, 0);
     for (int i = 0; i < c.n_free; ++i) EXPECT_NEAR(c.slope().dot(c.free[i]), 0, 1e-6 * sum) << "point " << p.point;
-    if (!p.point) EXPECT_NEAR(0.5 * (c.a.s + p.hold.sense * c.b.s), p.hold.mean_arc_length, 1e-9 * sum);
+    if (!p.point) {
+      EXPECT_NEAR(0.5 * (c.a.s + p.hold.sense * c.b.s), p.hold.mean_arc_length, 1e-9 * sum);
+    }
   }
 }
 

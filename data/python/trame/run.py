@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from .curves import curves_of, read_table
-from .scene import length_of
+from .scene import spacing_of
 
 families = ("warp", "weft", "free")
 
@@ -113,7 +113,7 @@ class Run:
         weave = self.scene().get("weave")
         if not weave:
             return None
-        return tuple(weave[f]["yarns"] * length_of(weave[f]["yarn_spacing"]) for f in ("warp", "weft"))
+        return tuple(weave[f]["yarns"] * spacing_of(weave[f]) for f in ("warp", "weft"))
 
     def curve(self, name):
         """One reaction over its motion, such as "right, x" or "warp sides" (N/m over strain)."""

@@ -77,7 +77,7 @@ def _entry(at, name, path):
     return at[name]
 
 
-_metres = {"m": 1.0, "dm": 1e-1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "nm": 1e-9}
+_metres = {"in": 0.0254, "inch": 0.0254, "m": 1.0, "dm": 1e-1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "nm": 1e-9}
 
 
 def length_of(value):
@@ -86,3 +86,12 @@ def length_of(value):
     if unit.strip() not in _metres:
         raise ValueError(f"{value}: must be a number and a unit of {', '.join(_metres)}")
     return float(number) * _metres[unit.strip()]
+
+
+def spacing_of(system):
+    """Of the yarns of [weave.warp] or [weave.weft], m: from its yarn_spacing or its sett, "50 per cm"."""
+    if "yarn_spacing" in system:
+        return length_of(system["yarn_spacing"])
+    number, _, unit = str(system["sett"]).strip().partition(" ")
+    unit = unit.replace("per", "").replace("/", "").strip().removesuffix("-1")
+    return length_of(f"1 {unit}") / float(number)
