@@ -217,7 +217,8 @@ double Contact::starting_scale(const Proximity& p) const {
   return n > 0 ? std::exp(sum / n) : 1;
 }
 
-ContactElement Contact::make_element(const Proximity& p, const State& state, const ContactHistory* known) const {
+ContactElement Contact::make_element(const Proximity& p, const State& state, const ContactHistory* known,
+                                     const ContactElement* before) const {
   ContactElement e;
   e.pair = p;
   e.feet_at_iteration = {p.chord.a, p.chord.b};
@@ -248,7 +249,15 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   e.set_scale(known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
   e.next_scale = e.penalty_scale;
   e.next_preload = e.preload;
+  if (!known && before) {
+    e.has_side = before->has_side;
+    e.side = before->side;
+  }
   measure(field_, state, e);
+  if (!e.has_side && e.measured.inverse_distance != 0) {
+    e.has_side = true;
+    e.side = e.measured.normal;
+  }
   place_particles(field_, e);
   (void)e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b);
   return e;
@@ -314,7 +323,7 @@ void Contact::update(const State& state, bool keep) {
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < found.size(); ++i) {
     known_[i] = find_history(found[i].pair);
-    ContactElement& e = elements_[i] = make_element(found[i].pair, state, known_[i]);
+    ContactElement& e = elements_[i] = make_element(found[i].pair, state, known_[i], found[i].before);
     if (const ContactElement* same = found[i].before; same && (keep || same->penetration_before > 0)) {
       e.preload = same->preload;
       e.stuck = same->stuck;

@@ -56,8 +56,9 @@ class Contact final : public Effect {
   void offset_gaps(const State& start);
 
  private:
-  [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state,
-                                            const ContactHistory* known) const;
+  /// `known` from the last accepted increment, `before` from the last search in this one, where there is such a one.
+  [[nodiscard]] ContactElement make_element(const Proximity& proximity, const State& state, const ContactHistory* known,
+                                            const ContactElement* before) const;
   /// Friction as the element now stands: limit, stiffness and particles.
   [[nodiscard]] StickSlip make_stick_slip(ContactElement& element, const ContactHistory* known) const;
   /// Friction of element i. Only with friction.

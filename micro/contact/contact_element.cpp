@@ -119,7 +119,7 @@ void measure_at_feet(const FiberField& field, const State& state, ContactElement
   // Axes nearer than 5 % of a radius give no reliable direction: the pair keeps the one that it had.
   const bool reliable = distance > 0.025 * (e.radius_a + e.radius_b);
   g.normal = reliable ? Vec3(c / distance) : e.has_side ? e.side : distance > 0 ? Vec3(c / distance) : Vec3::UnitZ();
-  // A direction that turned over since the last increment means that the axes passed through each other: push back.
+  // A direction that has turned over means that the axes passed through each other: push back.
   if (reliable && e.has_side && g.normal.dot(e.side) < -0.5) g.normal = -g.normal;
   g.inverse_distance = reliable ? 1 / g.normal.dot(c) : 0;
   const SeenSection a = see_section(field, state, e.pair.chord.a, e.radius_a, g.normal),

@@ -96,5 +96,25 @@ TEST(Travel, FibersThrownAtEachOtherDoNotPassThrough) {
     }
 }
 
+// A stiff fiber that is taken far by its bodies presses a slender one deep on the way, axis on axis, before that gives
+// way: it must not come out on its other side.
+TEST(Travel, ThickFiberDrivenOnASlenderOneDoesNotPassThrough) {
+  for (const double angle : {31, 45, 90}) {
+    SCOPED_TRACE(angle);
+    Scene scene = pair_scene({.model = FiberModel::rod,
+                              .angle = angle * std::numbers::pi / 180,
+                              .height = 5.12,
+                              .length = 60,
+                              .n_elements = 24});
+    scene.fiber_types.push_back({"thick", 0, 3.0, FiberModel::rod});
+    scene.fibers[1].type = 1;
+    scene.fibers[1].n_elements = 12;
+    scene.stages = {stage_with("drive", 1, {displacement("grip", BodyDof::z, -13.8)})};
+    const RunResult result = run_scene(scene);
+    expect_done(result);
+    EXPECT_GT(node_at(result, 1, 0.5).z() - node_at(result, 0, 0.5).z(), 3.9);
+  }
+}
+
 }  // namespace
 }  // namespace trame::micro
