@@ -39,7 +39,7 @@ for ending in ("png", "svg"):
     figure.savefig(options.out / f"laboratory.{ending}", dpi=110)
 print("| fabric | test | at the turn | | loop / work | energy off | bodies off |\n|---|---|---|---|---|---|---|")
 for test in tests:
-    turn = abs(test.motion).argmax()
+    turn = test.turn
     what = {name: value for name, (value, _, _) in test.must_hold.items()}
     print(f"| {test.fabric} | {test.name} | {test.motion[turn]:.3g} {test.motion_label.rsplit('(')[1][:-1]} "
           f"| {test.force[turn]:.4g} {test.force_label.rsplit('(')[1][:-1]} | {test.loop:.1%} "

@@ -243,16 +243,15 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
       e.raised_at = known->raised_at;
       e.stuck = known->stuck;
     }
+  } else if (before) {
+    e.has_side = before->has_side;
+    e.side = before->side;
   }
   e.offset -= fading_ * e.gap_offset;
   e.unit_penalty = law_.penalty * std::min(modulus_[e.fiber_a], modulus_[e.fiber_b]) * e.length;
   e.set_scale(known ? known->penalty_scale : law_.adapt_penalty ? starting_scale(p) : 1);
   e.next_scale = e.penalty_scale;
   e.next_preload = e.preload;
-  if (!known && before) {
-    e.has_side = before->has_side;
-    e.side = before->side;
-  }
   measure(field_, state, e);
   if (!e.has_side && e.measured.inverse_distance != 0) {
     e.has_side = true;

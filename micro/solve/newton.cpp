@@ -254,17 +254,18 @@ std::optional<NewtonSolver::Restless> NewtonSolver::restless_fibers(const Prescr
   constexpr double far = 0.03;                        // in units
   constexpr double among_those_that_move_most = 0.1;  // of the longest
   constexpr int few = 8;                              // one of so many
-  const auto farthest = [&](Index begin, Index end) {
-    double most = 0;
-    for (Index v = begin; v < end; ++v) most = std::max(most, last_step_[v].norm() / unit_[v]);
-    return most;
-  };
-  const double most = farthest(0, layout_.n_vectors());
+  const auto went = [&](Index v) { return last_step_[v].norm(); };
+  const double most = largest(unit_, went).size;
   if (most < far) return std::nullopt;
+  const auto is_restless = [&](const NewtonSettings::Part& part) {
+    for (Index v = part.begin; v < part.end; ++v)
+      if (went(v) / unit_[v] >= among_those_that_move_most * most) return true;
+    return false;
+  };
   Restless restless{.held = {std::vector<char>(layout_.n_dofs(), 1), std::vector<double>(layout_.n_dofs(), 0.0)}};
   std::vector<char> is_free(layout_.n_nodes(), 0);
   for (const NewtonSettings::Part& part : settings_.parts) {
-    if (farthest(part.begin, part.end) < among_those_that_move_most * most) continue;
+    if (!is_restless(part)) continue;
     restless.fibers.push_back(part);
     if (few * restless.fibers.size() > settings_.parts.size()) return std::nullopt;
     for (Index v = part.begin; v < part.end; ++v) is_free[system_.node_of(v)] = 1;

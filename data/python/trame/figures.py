@@ -19,19 +19,23 @@ def _ways(motion):
             first = i
 
 
-def plot_curve(axes, curve, **line):
-    """Reaction over motion, in the units of the field; the way there solid, the way back dashed."""
-    motion, reaction = curve.table["motion"].to_numpy(), curve.table["reaction"].to_numpy()
-    (a, motion_unit), (b, reaction_unit) = _shown[curve.motion_unit], _shown[curve.reaction_unit]
-    line.setdefault("label", curve.name)
+def plot_ways(axes, motion, reaction, **line):
+    """Reaction over motion; the way there solid, the way back dashed."""
     for part in _ways(motion):
         back = abs(motion[part][-1]) < abs(motion[part][0])
-        drawn, = axes.plot(a * motion[part], b * reaction[part], "--" if back else "-", marker=".", **line)
+        drawn, = axes.plot(motion[part], reaction[part], "--" if back else "-", marker=".", **line)
         line |= {"label": None, "color": drawn.get_color()}
+    axes.grid(alpha=0.3)
+
+
+def plot_curve(axes, curve, **line):
+    """A curve, in the units of the field."""
+    (a, motion_unit), (b, reaction_unit) = _shown[curve.motion_unit], _shown[curve.reaction_unit]
+    plot_ways(axes, a * curve.table["motion"].to_numpy(), b * curve.table["reaction"].to_numpy(),
+              **{"label": curve.name} | line)
     what = {"1": "strain", "m": "motion", "rad": "turn"}[curve.motion_unit]
     axes.set_xlabel(f"{what} ({motion_unit})")
     axes.set_ylabel(f"{'moment' if curve.reaction_unit == 'N m' else 'force'} ({reaction_unit})")
-    axes.grid(alpha=0.3)
 
 
 def plot_cut(axes, cut, **circle):

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .figures import plot_ways, warp_colour
 from .programs import run_scene
 
 _patch = {"biaxial": {"kind": "biaxial", "warp_strain": "1 %", "weft_strain": "1 %"},
@@ -42,10 +43,15 @@ class Test:
                 for what, (value, least, most) in self.must_hold.items() if not least <= value <= most]
 
     @property
+    def turn(self):
+        """Where it turns back."""
+        return int(np.argmax(np.abs(self.motion)))
+
+    @property
     def loop(self):
         """Work that is not given back, over the work there."""
-        turn = int(np.argmax(np.abs(self.motion)))
-        there, back = (np.trapz(self.force[part], self.motion[part]) for part in (slice(None, turn + 1), slice(turn, None)))
+        ways = slice(None, self.turn + 1), slice(self.turn, None)
+        there, back = (np.trapz(self.force[way], self.motion[way]) for way in ways)
         return (there + back) / abs(there)
 
 
@@ -99,10 +105,10 @@ def _evaluated(fabric, name, keys, run):
     test = Test(fabric, name, run, motion - motion[0], force, *labels)
     energy = run.summary()["energy"]
     work = abs(energy["work"]["bodies"]) + energy["stored"] + energy["friction"]
-    turn = int(np.argmax(np.abs(test.motion)))
+    at_turn = test.force[test.turn]
     test.must_hold |= {
-        "force at the turn along the motion": (test.force[turn] * np.sign(test.motion[turn]), 1e-12, np.inf),
-        "force at the start over that at the turn": (abs(test.force[0] / test.force[turn]), 0, 0.1),
+        "force at the turn along the motion": (at_turn * np.sign(test.motion[test.turn]), 1e-12, np.inf),
+        "force at the start over that at the turn": (abs(test.force[0] / at_turn), 0, 0.1),
         # Contacts that are made stiffer on the way bring some work in, which is booked; what is only rubbed takes twice.
         "loop over the work there": (test.loop, -0.05, 2),
         "imbalance of energy over what was turned over": (abs(energy["imbalance"]) / work, 0, 0.05),
@@ -132,12 +138,9 @@ def page(tests, figure):
         for axes in axes_row[len(row):]:
             axes.set_axis_off()
         for axes, test in zip(axes_row, row):
-            turn = int(np.argmax(np.abs(test.motion)))
-            axes.plot(test.motion[:turn + 1], test.force[:turn + 1], "-", marker=".", color="#3b75af")
-            axes.plot(test.motion[turn:], test.force[turn:], "--", marker=".", color="#3b75af")
+            plot_ways(axes, test.motion, test.force, color=warp_colour)
             axes.set_title(f"{fabric}: {test.name}\nlost in the loop: {test.loop:.0%} of the work", fontsize=9)
             axes.set_xlabel(test.motion_label)
             axes.set_ylabel(test.force_label)
-            axes.grid(alpha=0.3)
     figure.set_size_inches(4 * grid.shape[1], 3.4 * grid.shape[0])
     figure.tight_layout()
