@@ -243,7 +243,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
       e.raised_at = known->raised_at;
       e.stuck = known->stuck;
     }
-  } else if (before) {
+  } else if (before && before->gap() < 0) {  // what is apart may turn
     e.has_side = before->has_side;
     e.side = before->side;
   }

@@ -88,7 +88,7 @@ struct ContactElement : AugmentedPenalty {
   Vec3 normal = Vec3::UnitZ();  ///< from a to b
   bool crossing = false;        ///< a point, not a sample along a line
   bool has_side = false;        ///< the side of a on which b lies is known: `side`
-  Vec3 side = Vec3::UnitZ();    ///< normal of the last accepted increment, or when first found in this one
+  Vec3 side = Vec3::UnitZ();    ///< normal of the last accepted increment, or from before it pressed in this one
   double offset = 0;            ///< distance along n at zero gap beyond what the sections account for (radii of rods)
   double length = 0;            ///< length of fiber that the element stands for
   double gap_offset = 0;        ///< see ContactHistory; `offset` includes what is still granted of it
