@@ -236,7 +236,7 @@ class StageCost {
     if (n_ordered > 0) add_matrix(PricedEffect::crossing_order, more, n_ordered / (n_contacts + n_ordered));
   }
   void add_matrix(PricedEffect effect, const Fill& fill, double share) {
-    const double gain = scene_.solver.factor_precision == FactorPrecision::single_precision ? 2 : 1;
+    const double gain = is_in_single_precision(scene_.solver.factor_precision, fill.factor_entries) ? 2 : 1;
     add(effect,
         share / gain *
             (n_iterations * fill.flops / flops_per_second + n_substitutions * fill.entries_read / entries_per_second),

@@ -284,6 +284,7 @@ void Contact::update(const State& state, bool keep) {
   // they have come to. With `keep` they stay as they are, and what has pressed since stays even if it would no longer
   // be found: what comes and goes with each search would never settle.
   std::vector<ContactElement> before = std::exchange(elements_, {});
+  followed_.clear();
   for (ContactElement& e : before) e.has_pressed = keep && (e.has_pressed || e.force(regularisation(e)) > 0);
   const std::vector<StickSlip> stick_slip_before = std::exchange(stick_slip_, {});
   const std::vector<const ContactElement*> sorted_before = in_order(before);
@@ -350,16 +351,19 @@ bool Contact::concerns(const ContactElement& e, const Region& region) const {
 
 bool Contact::follow(const State& state, Follow what, const Region& region) {
   bool grown = false;
+  // An iteration begins where the last trial was.
+  const bool is_followed = state.q == followed_;
 #pragma omp parallel for schedule(static)
   for (std::size_t i = 0; i < elements_.size(); ++i) {
     ContactElement& e = elements_[i];
-    if (!concerns(e, region)) continue;
+    if (is_followed || !concerns(e, region)) continue;
     // From where the feet were when the iteration began: a long step that is tried and given up leaves no trace.
     e.pair.chord.a = e.feet_at_iteration[0];
     e.pair.chord.b = e.feet_at_iteration[1];
     e.pair.lean = e.lean_at_iteration;
     micro::follow(field_, state, e);
   }
+  followed_ = state.q;
   if (law_.friction && renews_limits(what)) {
 #pragma omp parallel for schedule(static)
     for (std::size_t i = 0; i < elements_.size(); ++i)

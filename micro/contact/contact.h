@@ -83,8 +83,9 @@ class Contact final : public Effect {
   const FiberField& field_;
   ContactLaw law_;
   std::vector<double> modulus_;
-  State start_;        // of the step
-  double fading_ = 0;  // part of the gap offsets that is still granted
+  State start_;                 // of the step
+  std::vector<Vec3> followed_;  // vectors of the state that the elements have followed; none after a search
+  double fading_ = 0;           // part of the gap offsets that is still granted
   double fading_n_ = 0,
          gap_offset_force_n_ = 0;  // the same at the last accepted increment, and the force that works on it
   bool preloads_are_due_ = true;   // at the last equilibrium

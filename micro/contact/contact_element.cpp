@@ -211,6 +211,7 @@ void add_block(const FiberPoint& p, int row, const FiberPoint& q, int column, do
   for (int w = 0; w < q.slots.vectors(column); ++w)
     for (int v = 0; v < p.slots.vectors(row); ++v) {
       const double weight = factor * q.weight[column][w] * p.weight[row][v];
+      if (weight == 0) continue;  // of a section that does not follow the node
       for (int c = 0; c < 3; ++c) {
         double* values = block.data + static_cast<std::size_t>(3 * w + c) * block.stride + 3 * v;
         for (int r = 0; r < 3; ++r) values[r] += weight * m(r, c);

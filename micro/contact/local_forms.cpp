@@ -46,6 +46,7 @@ void LocalForms::scatter_tangent(Matrix& k, Assembler& assembler) const {
     if (!assembler.owns(j)) return;
     for (int u = 0; u < shape_[side].slots.vectors(n); ++u) {
       const Parts q = parts(side, n, u);
+      if (q.is_nothing()) continue;
       columns[u] = q.weight * k.middleCols<3>(q.at);
       if (q.both) columns[u] += q.weight_of_tangent * k.middleCols<3>(q.at + 3);
     }
@@ -54,7 +55,9 @@ void LocalForms::scatter_tangent(Matrix& k, Assembler& assembler) const {
       const auto block = assembler.block(i, j);
       for (int v = 0; v < shape_[other].slots.vectors(m); ++v) {
         const Parts p = parts(other, m, v);
+        if (p.is_nothing()) continue;
         for (int u = 0; u < shape_[side].slots.vectors(n); ++u) {
+          if (parts(side, n, u).is_nothing()) continue;
           Mat3 b = p.weight * columns[u].middleRows<3>(p.at);
           if (p.both) b += p.weight_of_tangent * columns[u].middleRows<3>(p.at + 3);
           for (int c = 0; c < 3; ++c) {

@@ -96,6 +96,9 @@ class LocalForms {
     int at;
     double weight, weight_of_tangent;  // the latter stands 3 behind
     bool both;
+
+    /// Sections follow three of the four nodes that a centre line follows.
+    [[nodiscard]] bool is_nothing() const { return !both && weight == 0; }
   };
   [[nodiscard]] Parts parts(int side, int node, int vector) const {
     const CurveShape& s = shape_[side];

@@ -181,10 +181,10 @@ bool is_canonical(const FiberField& field, const Sample& a, const Sample& b) {
 
 void keep_if_near(const FiberField& field, const ProximitySearch& search, const Sample* a, const Sample* b,
                   std::vector<Near>& near) {
-  const auto rank = [](const Sample& s) { return std::make_tuple(s.fiber, s.image != Image{}, s.s); };
-  if (rank(*a) > rank(*b)) std::swap(a, b);
   const double distance = (b->r - a->r).norm();
   if (distance > sample_reach(field, search, a->fiber, b->fiber)) return;
+  const auto rank = [](const Sample& s) { return std::make_tuple(s.fiber, s.image != Image{}, s.s); };
+  if (rank(*a) > rank(*b)) std::swap(a, b);
   if (field.is_periodic() && !is_canonical(field, *a, *b)) return;
   const bool is_image = b->image != Image{};
   if (a->fiber == b->fiber && !is_image &&

@@ -19,8 +19,8 @@ using Index = std::int32_t;
 
 /// Precision of a matrix factor. Single halves its memory and more than halves its time; conjugate gradients in double
 /// precision make up for it within a few iterations unless the matrix is very badly conditioned (long slender fibers
-/// without contact).
-enum class FactorPrecision : std::uint8_t { single_precision, double_precision };
+/// without contact). Automatic takes single for factors that do not fit into a cache, and double where single fails.
+enum class FactorPrecision : std::uint8_t { automatic, single_precision, double_precision };
 
 /// What stands for the matrix in conjugate gradients: its factor; or, of enriched beams, their factors one by one and
 /// that of a matrix of rods; automatic takes what costs less.

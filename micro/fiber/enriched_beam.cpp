@@ -296,30 +296,32 @@ void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Sectio
     const Eigen::SelfAdjointEigenSolver<MeasureMatrix> eigen(s);
     s = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
   }
-  // B: derivative of the measures by z, rows of 15.
-  Eigen::Matrix<double, n_measures_twist_stretch, 15> b = Eigen::Matrix<double, n_measures_twist_stretch, 15>::Zero();
-  for (int k = 0; k < n_measures_; ++k) {
-    const Z row = z * section.measure[k];
-    b.row(k) = Eigen::Map<const Eigen::Matrix<double, 1, 15>>(row.data());
-  }
-  // Map from the element's 27 unknowns to z, as 9 node vectors → 5 columns, then Kᵉ = (N⊗I)ᵀ (BᵀDB + S⊗I) (N⊗I).
+  // Map from the element's 27 unknowns to z, as 9 node vectors → 5 columns, then Kᵉ = (N⊗I)ᵀ (BᵀDB + S⊗I) (N⊗I) with
+  // B, the derivative of the measures by z.
   Eigen::Matrix<double, 5, 9> map = Eigen::Matrix<double, 5, 9>::Zero();
   for (int a = 0; a < 3; ++a) {
     map(0, 3 * a) = dn[a];
     map(1, 3 * a + 1) = map(2, 3 * a + 2) = n[a];
     map(3, 3 * a + 1) = map(4, 3 * a + 2) = dn[a];
   }
-  Eigen::Matrix<double, n_measures_twist_stretch, 27> bq;
-  for (int v = 0; v < 9; ++v) {
-    bq.middleCols<3>(3 * v).setZero();
-    for (int i = 0; i < 5; ++i)
-      if (map(i, v) != 0) bq.middleCols<3>(3 * v) += map(i, v) * b.middleCols<3>(3 * i);
+  // Measure by measure: products of matrices of no fixed size would cost more in packing than in flops.
+  Eigen::Matrix<double, 27, n_measures_twist_stretch> by_measure;  // (B (N⊗I))ᵀ
+  for (int m = 0; m < n_measures_; ++m) {
+    const Z by_z = z * section.measure[m];
+    auto column = by_measure.col(m);
+    for (int a = 0; a < 3; ++a)
+      for (int v = 0; v < 3; ++v) {
+        column.segment<3>(9 * a + 3 * v) = dn[a] * by_z.col(by_derivative[v]);
+        if (v > 0) column.segment<3>(9 * a + 3 * v) += n[a] * by_z.col(by_value[v]);
+      }
   }
-  const auto rows = n_measures_;
-  Eigen::Matrix<double, n_measures_twist_stretch, 27> dbq;
-  dbq.topRows(rows).noalias() = weight * section.stiffness.topLeftCorner(rows, rows) * bq.topRows(rows);
-  Eigen::Matrix<double, 27, 27> k;
-  k.noalias() = bq.topRows(rows).transpose() * dbq.topRows(rows);
+  Eigen::Matrix<double, 27, 27> k = Eigen::Matrix<double, 27, 27>::Zero();
+  for (int m = 0; m < n_measures_; ++m) {
+    Eigen::Matrix<double, 27, 1> by_stress = Eigen::Matrix<double, 27, 1>::Zero();  // that times D
+    for (int l = 0; l < n_measures_; ++l)
+      if (const double d = weight * section.stiffness(l, m); d != 0) by_stress += d * by_measure.col(l);
+    for (int c = 0; c < 27; ++c) k.col(c) += by_stress[c] * by_measure.col(m);
+  }
   const Eigen::Matrix<double, 9, 9> geometric = weight * map.transpose() * s * map;
   for (int v = 0; v < 9; ++v)
     for (int w = 0; w < 9; ++w) k.block<3, 3>(3 * v, 3 * w).diagonal().array() += geometric(v, w);

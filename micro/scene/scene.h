@@ -194,8 +194,8 @@ struct SolverSettings {
   Index max_newton_iterations = 40;
   Index max_geometry_updates = 12;  ///< times that contacts found anew may undo an equilibrium, in an increment
   double geometry_tolerance = 1;    ///< of scenes for earlier versions, which had two: the smaller one counts
-  double step_cap = 0.5;  ///< largest change of an unknown per Newton iteration: R (the thinnest), 1 or rad
-  FactorPrecision factor_precision = FactorPrecision::double_precision;
+  double step_cap = 0.5;            ///< largest change of an unknown per Newton iteration: R (the thinnest), 1 or rad
+  FactorPrecision factor_precision = FactorPrecision::automatic;
   Preconditioner preconditioner = Preconditioner::automatic;
   double min_increment = 1e-4;  ///< smallest fraction of a stage before the solver gives up
 

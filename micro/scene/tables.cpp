@@ -346,8 +346,9 @@ std::vector<Key<ContactSettings>> contact_keys() {
 
 std::vector<Key<SolverSettings>> solver_keys() {
   using T = SolverSettings;
-  const auto precision = choice<FactorPrecision>(
-      {{"single", FactorPrecision::single_precision}, {"double", FactorPrecision::double_precision}});
+  const auto precision = choice<FactorPrecision>({{"auto", FactorPrecision::automatic},
+                                                  {"single", FactorPrecision::single_precision},
+                                                  {"double", FactorPrecision::double_precision}});
   const auto preconditioner = choice<Preconditioner>({{"auto", Preconditioner::automatic},
                                                       {"factor", Preconditioner::factor},
                                                       {"two_level", Preconditioner::two_level}});
@@ -364,8 +365,10 @@ std::vector<Key<SolverSettings>> solver_keys() {
              "largest motion in an iteration, in radii of the thinnest fiber"),
       key<T>("min_increment", &T::min_increment, number(above_up_to(0, 1)),
              "smallest part of a stage before the solver gives up"),
-      key<T>("factor_precision", &T::factor_precision, precision,
-             "of the matrix factor; single takes half the memory and a third of the time, for patches of many fibers"),
+      key<T>(
+          "factor_precision", &T::factor_precision, precision,
+          "of the matrix factor; single takes half the memory and half of the time; auto takes it for large factors, "
+          "and double where it fails"),
       key<T>("preconditioner", &T::preconditioner, preconditioner,
              "of conjugate gradients: the matrix factor, or two levels for enriched beams, which take less memory and, "
              "of many fibers, less time; auto takes what costs less")};

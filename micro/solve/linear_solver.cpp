@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -16,6 +17,23 @@ constexpr int n_parts = 8;
 
 double dot(std::span<const double> a, std::span<const double> b) {
   return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+/// y += a·x, and aᵀ z, of `height` rows.
+template <int height>
+double add_column(const double* a, double x, const double* z, double* y) {
+  using Column = Eigen::Matrix<double, height, 1>;
+  const Eigen::Map<const Column> column(a);
+  Eigen::Map<Column>(y) += x * column;
+  return column.dot(Eigen::Map<const Column>(z));
+}
+double add_column(Index height, const double* a, double x, const double* z, double* y) {
+  switch (height) {
+    case 3: return add_column<3>(a, x, z, y);
+    case 6: return add_column<6>(a, x, z, y);
+    case 9: return add_column<9>(a, x, z, y);
+    default: assert(false); return 0;
+  }
 }
 
 }  // namespace
@@ -43,7 +61,7 @@ void LinearSolver::forget() {
   elimination_ = {};
   in_single_.reset();
   in_double_.reset();
-  analyzed_ = has_factor_ = one_level_ = complete_ = false;
+  analyzed_ = has_factor_ = one_level_ = complete_ = in_double_alone_ = false;
 }
 
 std::vector<char> LinearSolver::couplings(std::span<const double> values, double weak) const {
@@ -114,7 +132,7 @@ void LinearSolver::analyze(std::span<const double> values, const std::function<C
 }
 
 void LinearSolver::analyze_two_levels() {
-  if (precision_ == FactorPrecision::single_precision)
+  if (precision_ != FactorPrecision::double_precision)
     in_single_ = std::make_unique<TwoLevel<float>>(*pattern_, kept_, coarse_space_);
   else
     in_double_ = std::make_unique<TwoLevel<double>>(*pattern_, kept_, coarse_space_);
@@ -123,16 +141,20 @@ void LinearSolver::analyze_two_levels() {
   double_.release();
 }
 
+bool LinearSolver::is_single() const {
+  return !in_double_alone_ && is_in_single_precision(precision_, n_factor_entries());
+}
+
 bool LinearSolver::factorize(std::span<const double> values) {
-  if (in_single_)
-    has_factor_ = in_single_->factorize(values, coarse_space_, n_threads_);
-  else if (in_double_)
-    has_factor_ = in_double_->factorize(values, coarse_space_, n_threads_);
-  else if (precision_ == FactorPrecision::single_precision)
+  if (in_single_) return has_factor_ = in_single_->factorize(values, coarse_space_, n_threads_);
+  if (in_double_) return has_factor_ = in_double_->factorize(values, coarse_space_, n_threads_);
+  if (is_single()) {
     has_factor_ = single_.factorize(elimination_, values, n_threads_);
-  else
-    has_factor_ = double_.factorize(elimination_, values, n_threads_);
-  return has_factor_;
+    if (has_factor_ || precision_ == FactorPrecision::single_precision) return has_factor_;
+    single_.release();
+    return has_factor_ = in_double_alone_ = double_.factorize(elimination_, values, n_threads_);
+  }
+  return has_factor_ = double_.factorize(elimination_, values, n_threads_);
 }
 
 bool LinearSolver::refine() {
@@ -165,7 +187,7 @@ void LinearSolver::precondition(std::span<const double> residual, std::span<doub
     in_single_->solve(residual, z, n_threads_);
   else if (in_double_)
     in_double_->solve(residual, z, n_threads_);
-  else if (precision_ == FactorPrecision::single_precision)
+  else if (is_single())
     single_.solve(elimination_, residual, z, n_threads_);
   else
     double_.solve(elimination_, residual, z, n_threads_);
@@ -191,10 +213,7 @@ void LinearSolver::multiply(std::span<const double> values, std::span<const doub
         const double* value = column + width;
         for (const Index i : rows.subspan(1)) {
           const Index begin = layout_.first_dof(i), height = layout_.first_dof(i + 1) - begin;
-          for (Index r = 0; r < height; ++r) {
-            sum[begin + r] += value[r] * xc;
-            own += value[r] * x[begin + r];
-          }
+          own += add_column(height, value, xc, x.data() + begin, sum.data() + begin);
           value += height;
         }
         sum[first + c] += own;
@@ -249,7 +268,10 @@ bool is_too_slow(double left, double goal, int iteration, int max_iterations) {
 bool LinearSolver::finds_negative_curvature(std::span<const double> values, std::span<double> b, int max_iterations) {
   double rz = begin_iterations(b),
          by_preconditioner = rz;  // curvatures of the direction: of the preconditioner, and of K
-  const double negligible = 1e-16 * rz;
+  // The part of the load in one direction of many, in all likelihood. Where K has a negative curvature that has not
+  // turned up, what is left of the load in its direction grows with each iteration.
+  constexpr double small_part = 0.1;
+  const double negligible = small_part * small_part / static_cast<double>(b.size()) * rz;
   for (int i = 0; i < max_iterations && rz > negligible; ++i) {
     const double by_k = curvature(values);
     if (by_k < -neutral * by_preconditioner) return true;

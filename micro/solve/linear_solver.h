@@ -15,6 +15,13 @@
 
 namespace trame::micro {
 
+/// Whether a factor of so many entries is in single precision, to begin with.
+[[nodiscard]] inline bool is_in_single_precision(FactorPrecision precision, double n_entries) {
+  constexpr double many = 1e6;  // that caches do not hold
+  return precision == FactorPrecision::single_precision ||
+         (precision == FactorPrecision::automatic && n_entries >= many);
+}
+
 class LinearSolver {
  public:
   /// Threads work on fronts and parts of fronts, each with a BLAS of one thread, for which the caller's `Threads` see.
@@ -28,7 +35,7 @@ class LinearSolver {
   /// are no two levels.
   void analyze(std::span<const double> values, const std::function<CoarseSpace()>& coarse_space = {});
   /// Factorises the matrix with these values, which has been analysed, without its weak couplings. Returns false where
-  /// it is not positive definite in the precision of the factor.
+  /// it is not positive definite in the precision of the factor, the automatic one in neither.
   [[nodiscard]] bool factorize(std::span<const double> values);
   /// Factorises more exactly from now on: first, until `forget`, in one level, then with all couplings, then in double
   /// precision. Returns false if that was the case already.
@@ -61,12 +68,15 @@ class LinearSolver {
   /// Reading an entry of a factor costs about as much as so many flops of a factorisation.
   static constexpr double flops_per_entry = 50;
   [[nodiscard]] bool has_two_levels() const { return in_single_ || in_double_; }
+  /// Whether weak couplings count.
+  [[nodiscard]] bool is_complete() const { return complete_; }
   /// What a solution by the factor reads, and what a factorisation takes.
   [[nodiscard]] double n_factor_entries() const;
   [[nodiscard]] double n_factor_flops() const;
 
  private:
   void analyze_two_levels();
+  [[nodiscard]] bool is_single() const;
   void precondition(std::span<const double> residual, std::span<double> z);
   /// Begins conjugate gradients at x = 0; returns the norm of the residual, squared: that of the preconditioner's
   /// inverse.
@@ -92,10 +102,11 @@ class LinearSolver {
       in_single_;  // of two levels one of them is there instead, in the precision asked for
   std::unique_ptr<TwoLevel<double>> in_double_;
   CoarseSpace coarse_space_;
-  bool analyzed_ = false;   // elimination_ is that of pattern_, not of an earlier one
-  bool one_level_ = false;  // two have been given up
-  bool complete_ = false;   // weak couplings count
-  std::vector<char> kept_;  // couplings of the pattern that the analysis has
+  bool analyzed_ = false;         // elimination_ is that of pattern_, not of an earlier one
+  bool one_level_ = false;        // two have been given up
+  bool complete_ = false;         // weak couplings count
+  bool in_double_alone_ = false;  // up to `forget`: single precision has failed where double has not
+  std::vector<char> kept_;        // couplings of the pattern that the analysis has
   bool has_factor_ = false;
   bool met_negative_curvature_ = false;
   std::vector<Index> part_start_;             // node columns of each part of the product

@@ -49,7 +49,10 @@ void StepFinder::ease_damping(double kept) {
 bool StepFinder::find(const StepProblem& problem) {
   n_affordable_ = affordable_iterations();
   set_up(problem, Assembler::Tangent::exact);
+  const int before = n_factorizations_;
   if (!find_undamped(problem, problem.control.may_use_old_factor())) return false;
+  // Damping changes little: a factor that is new serves on.
+  if (n_factorizations_ > before) n_affordable_ = max_iterations;
   constexpr int max_raises = 3;
   for (int n = 0; n < max_raises && raise_damping(problem); ++n) {
     step_ = load_;
@@ -92,8 +95,8 @@ bool StepFinder::find_undamped(const StepProblem& problem, bool try_old_factor) 
 /// iterations to come.
 int StepFinder::affordable_iterations() const {
   constexpr double to_come = 6, fewest = 4, most = 15;
-  const double readings = linear_.n_factor_flops() /
-                          (LinearSolver::flops_per_entry * std::max(1.0, linear_.n_factor_entries()));
+  const double readings =
+      linear_.n_factor_flops() / (LinearSolver::flops_per_entry * std::max(1.0, linear_.n_factor_entries()));
   return static_cast<int>(std::clamp(readings + (linear_.has_two_levels() ? to_come : 0), fewest, most));
 }
 
@@ -122,11 +125,13 @@ bool StepFinder::find_with_new_factor(const StepProblem& problem) {
 }
 
 /// What only contact holds against sliding is loose in the projection. As it is but a preconditioner, it may be made a
-/// little stiffer all over; then the iterations tell whether the tangent itself is singular.
+/// little stiffer all over; then the iterations tell whether the tangent itself is singular. What weak couplings leave
+/// out may be all that holds soft modes, so they come before that.
 bool StepFinder::find_with_projection(const StepProblem& problem) {
   constexpr double first_shift = 1e-8, last_shift = 1e-4, growth = 100;
   do {
-    for (double shift = 0; shift <= last_shift; shift = shift == 0 ? first_shift : growth * shift) {
+    const double stiffest = linear_.is_complete() ? last_shift : 0;
+    for (double shift = 0; shift <= stiffest; shift = shift == 0 ? first_shift : growth * shift) {
       set_up(problem, Assembler::Tangent::projected);
       system_.scale_diagonal(1 + shift);
       if (!factorize(problem)) continue;
@@ -140,10 +145,10 @@ bool StepFinder::find_with_projection(const StepProblem& problem) {
 
 std::optional<int> StepFinder::solve(const StepProblem& problem, int limit, Truncated truncated) {
   const auto guard = timers_.measure(Phase::solve);
-  const std::optional<int> n =
-      unsymmetric_.empty() ? linear_.solve(system_.values(), step_, problem.tolerance, limit, truncated)
-                           : linear_.solve(system_.values(), unsymmetric_, step_,
-                                           std::max(problem.tolerance, forcing_term(problem.control)), limit);
+  const std::optional<int> n = unsymmetric_.empty()
+                                   ? linear_.solve(system_.values(), step_, problem.tolerance, limit, truncated)
+                                   : linear_.solve(system_.values(), unsymmetric_, step_,
+                                                   std::max(problem.tolerance, forcing_term(problem.control)), limit);
   n_linear_iterations_ += n.value_or(limit);
   return n;
 }
@@ -197,9 +202,7 @@ bool StepFinder::finds_negative_curvature(const Effects& effects, const Prescrib
                                           const State& state, std::span<const Vec3> at_rest) {
   // Behind the factor of a projection it takes more; but there it is worth more. Behind two levels it takes more, too.
   constexpr int behind_a_projection = 100, behind_two_levels = 24, behind_a_factor = 12;
-  const int limit = indefinite_                ? behind_a_projection
-                    : linear_.has_two_levels() ? behind_two_levels
-                                               : behind_a_factor;
+  const int limit = indefinite_ ? behind_a_projection : linear_.has_two_levels() ? behind_two_levels : behind_a_factor;
   system_.assemble(effects, state, at_rest, Assembler::Tangent::exact);
   // Any load that no symmetry makes blind to a direction, the same in every run.
   std::minstd_rand random(1);

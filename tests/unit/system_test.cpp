@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "micro/solve/linear_solver.h"
 #include "micro/solve/newton.h"
@@ -173,9 +174,9 @@ struct Lattice {
         }
     pattern = Pattern(layout, builder);
   }
-  /// Every coupling of a pair of dofs has the strength `coupling`/10, pairs of even sum `coupling` as a whole; rows are
-  /// dominant.
-  [[nodiscard]] std::vector<double> values(double coupling) const {
+  /// Every coupling of a pair of dofs has the strength `coupling`/10, pairs of even sum `coupling` as a whole; each dof
+  /// is held with stiffness `ground`.
+  [[nodiscard]] std::vector<double> values(double coupling, double ground = 1e-2) const {
     std::vector<double> v(pattern.n_values()), row_sum(layout.n_dofs(), 0.0);
     const auto each = [&](const auto& visit) {
       for (Index j = 0; j < pattern.n_nodes(); ++j)
@@ -194,7 +195,7 @@ struct Lattice {
       row_sum[c] -= v[at];
     });
     each([&](Index r, Index c, std::size_t at) {
-      if (r == c) v[at] = row_sum[r] + 1e-2;
+      if (r == c) v[at] = row_sum[r] + ground;
     });
     return v;
   }
@@ -305,6 +306,58 @@ TEST_P(LinearSolverTest, SolvesWithTermsThatAreNotSymmetric) {
   const std::vector<double> negative = lattice.values(-1);
   ASSERT_FALSE(solver.solve(negative, terms, solution, 1e-12, 40));
   EXPECT_TRUE(solver.met_negative_curvature());
+}
+
+TEST_P(LinearSolverTest, FindsNegativeCurvatureBehindTheFactorOfAnotherMatrix) {
+  const Lattice lattice(6);
+  const Threads threads(2);
+  LinearSolver solver(lattice.layout, GetParam(), 2);
+  solver.set_pattern(lattice.pattern);
+  solver.analyze(lattice.values(1));
+  ASSERT_TRUE(solver.factorize(lattice.values(1)));
+  // All dofs together are held by nothing but the ground.
+  for (const double ground : {-1e-3, -1e-6, 1e-6, 1e-3}) {
+    std::minstd_rand random(1);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::vector<double> load(lattice.layout.n_dofs());
+    for (double& b : load) b = uniform(random);
+    EXPECT_EQ(solver.finds_negative_curvature(lattice.values(1.5, ground), load, 12), ground < 0) << ground;
+  }
+}
+
+TEST(LinearSolver, AutomaticPrecisionIsSingleWhereThatDoesAndDoubleWhereNot) {
+  const Lattice lattice(13);
+  const Threads threads(2);
+  const auto solver_in = [&](FactorPrecision precision) {
+    auto solver = std::make_unique<LinearSolver>(lattice.layout, precision, 2);
+    solver->set_pattern(lattice.pattern);
+    return solver;
+  };
+  const auto single = solver_in(FactorPrecision::single_precision),
+             in_double = solver_in(FactorPrecision::double_precision),
+             automatic = solver_in(FactorPrecision::automatic);
+  std::vector<double> x(lattice.layout.n_dofs());
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sin(1.7 * static_cast<double>(i));
+  const auto solution_of = [&](LinearSolver& solver, const std::vector<double>& values) {
+    std::vector<double> solution = lattice.product(values, x);
+    EXPECT_TRUE(solver.solve(values, solution, 1e-6, 20));
+    return solution;
+  };
+  const std::vector<double> good = lattice.values(1), nearly_singular = lattice.values(1, 1e-9),
+                            indefinite = lattice.values(1, -1e-3);
+  for (const auto* solver : {&single, &in_double, &automatic}) {
+    (*solver)->analyze(good);
+    ASSERT_TRUE((*solver)->factorize(good));
+  }
+  ASSERT_TRUE(is_in_single_precision(FactorPrecision::automatic, automatic->n_factor_entries()));
+  EXPECT_EQ(solution_of(*automatic, good), solution_of(*single, good));
+  EXPECT_NE(solution_of(*automatic, good), solution_of(*in_double, good));
+
+  ASSERT_FALSE(single->factorize(nearly_singular));
+  ASSERT_TRUE(in_double->factorize(nearly_singular));
+  ASSERT_TRUE(automatic->factorize(nearly_singular));
+  EXPECT_EQ(solution_of(*automatic, nearly_singular), solution_of(*in_double, nearly_singular));
+  EXPECT_FALSE(automatic->factorize(indefinite));
 }
 
 /// Fronts of this lattice are large enough to be cut in tiles and tasks.

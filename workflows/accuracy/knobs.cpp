@@ -139,10 +139,16 @@ std::vector<Knob> numerical_knobs() {
 
 Knob precision_knob() {
   Knob knob = word_knob("factor_precision", "precision of the matrix factor behind conjugate gradients",
-                        {{"single", [](Scene& s) { s.solver.factor_precision = FactorPrecision::single_precision; }},
+                        {{"auto", [](Scene& s) { s.solver.factor_precision = FactorPrecision::automatic; }},
+                         {"single", [](Scene& s) { s.solver.factor_precision = FactorPrecision::single_precision; }},
                          {"double", [](Scene& s) { s.solver.factor_precision = FactorPrecision::double_precision; }}},
                         [](const Scene& s) {
-                          return s.solver.factor_precision == FactorPrecision::double_precision ? "double" : "single";
+                          switch (s.solver.factor_precision) {
+                            case FactorPrecision::automatic: return "auto";
+                            case FactorPrecision::single_precision: return "single";
+                            case FactorPrecision::double_precision: return "double";
+                          }
+                          return "";
                         });
   knob.is_numerical = true;
   return knob;
