@@ -92,6 +92,7 @@ class StageCost {
     begin_at(model_.effects, at_, 0.5);
     price_fibers();
     price_bodies();
+    price_fiber_loads();
     price_contact();
     price_surfaces();
     price_matrix();
@@ -148,6 +149,13 @@ class StageCost {
       const double n = driven(DofDrive::Kind::force);
       add(PricedEffect::loads, n_assemblies * n * node_of_vectors, n * sizeof(LoadTerm));
     }
+  }
+
+  void price_fiber_loads() {
+    if (!model_.fiber_loads) return;
+    const auto n = static_cast<double>(model_.fiber_loads->terms().size());
+    add(PricedEffect::fiber_loads, n_assemblies * model_.layout.n_nodes() * node_of_vectors,
+        n * sizeof(FiberLoadTerm) + state_bytes());
   }
 
   /// 3 × 3 blocks of the tangents of contact elements.
@@ -260,6 +268,10 @@ Stage without_values(Stage stage) {
   for (Drive& drive : stage.drives) {
     drive.value = 0;
     drive.amplitude = {};
+  }
+  for (FiberLoad& load : stage.loads) {
+    load.value = Vec3::Ones();  // one of zero would not be there
+    load.amplitude = {};
   }
   return stage;
 }

@@ -28,9 +28,10 @@ enum class PricedEffect : std::uint8_t {
   bodies,
   follow,
   loads,
+  fiber_loads,
   proximal
 };
-inline constexpr int n_priced_effects = 13;
+inline constexpr int n_priced_effects = 14;
 
 struct EffectCost {
   PricedEffect effect{};

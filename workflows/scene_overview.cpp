@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "micro/scene/weave.h"
 #include "micro/weave/overlaps.h"
@@ -86,6 +87,8 @@ std::vector<CalledEffect> body_effects(const Scene& scene) {
   return called;
 }
 
+std::string key_of(LoadKind kind) { return kind == LoadKind::gravity ? "gravity" : "force_per_length"; }
+
 std::vector<CalledEffect> stage_effects(const Stage& stage) {
   std::vector<CalledEffect> called;
   const auto add = [&](PricedEffect kind, std::string effect, const std::string& key) {
@@ -97,6 +100,9 @@ std::vector<CalledEffect> stage_effects(const Stage& stage) {
   if (stage.separate_yarns) add(PricedEffect::crossing_order, "crossing order of the weave", "separate_yarns = true");
   if (drives(DriveMode::follow)) add(PricedEffect::follow, "bodies that follow others", "follow");
   if (drives(DriveMode::force)) add(PricedEffect::loads, "forces and moments on bodies", "force");
+  for (const char* key : {"force_per_length", "gravity"})
+    if (std::any_of(stage.loads.begin(), stage.loads.end(), [=](const FiberLoad& l) { return key == key_of(l.kind); }))
+      add(PricedEffect::fiber_loads, "forces per length on fibers", key);
   if (stage.proximal_start > 0)
     add(PricedEffect::proximal, "proximal damping", fmt::format("proximal_start = {:g}", stage.proximal_start));
   return called;
@@ -145,7 +151,33 @@ std::string drive_text(const Drive& drive) {
   return driven;
 }
 
-std::string stage_text(const Stage& stage, std::int64_t n_dofs, bool may_have_friction) {
+/// "gravity of (0, 0, -9.81) m/s2 on *"; with its name where it has one of its own.
+std::string load_text(const FiberLoad& load) {
+  const std::string key = key_of(load.kind);
+  return fmt::format("{}{} of ({:g}, {:g}, {:g}) {} on {}", load.name == key ? "" : load.name + ": ", key,
+                     load.value[0], load.value[1], load.value[2], load.kind == LoadKind::gravity ? "m/s2" : "N/m",
+                     fmt::join(load.fibers, ", "));
+}
+
+/// The loads of a stage, and those of earlier ones that stay on, of which the names stand in `standing`.
+std::string loads_text(const Stage& stage, std::set<std::string>& standing) {
+  std::string text;
+  for (const std::string& name : standing)
+    if (std::none_of(stage.loads.begin(), stage.loads.end(), [&](const FiberLoad& l) { return l.name == name; }))
+      text += fmt::format("    {} stays on\n", name);
+  for (const FiberLoad& load : stage.loads) {
+    text += fmt::format("    {}{}\n", load_text(load), amplitude_text(load.amplitude));
+    const double share = load.amplitude.at(1);
+    if (share == 1 && load.value.isZero(0))
+      standing.erase(load.name);
+    else if (share != 0 && !load.value.isZero(0))
+      standing.insert(load.name);
+  }
+  return text;
+}
+
+std::string stage_text(const Stage& stage, std::int64_t n_dofs, bool may_have_friction,
+                       std::set<std::string>& standing_loads) {
   std::string text = fmt::format("  {}: {} increments, {} dofs{}", stage.name, stage.n_increments, n_dofs,
                                  may_have_friction && !stage.friction ? ", no friction" : "");
   if (stage.fiber_model) text += fmt::format(", {}", model_effect(*stage.fiber_model));
@@ -153,7 +185,7 @@ std::string stage_text(const Stage& stage, std::int64_t n_dofs, bool may_have_fr
   text += "\n";
   for (const Drive& drive : stage.drives)
     text += fmt::format("    {}{}\n", drive_text(drive), amplitude_text(drive.amplitude));
-  return text;
+  return text + loads_text(stage, standing_loads);
 }
 
 std::string bodies_text(const Scene& scene, Index n_bodies) {
@@ -201,9 +233,10 @@ std::string scene_overview(const Scene& scene, const ModelSize& size, const Cost
       "for them:\n";
   text += effects_text(scene, cost);
   text += scene.stages_are_chosen ? "Stages, chosen from the geometry, because the scene names none:\n" : "Stages:\n";
+  std::set<std::string> standing_loads;
   for (std::size_t i = 0; i < scene.stages.size(); ++i)
     text += stage_text(scene.stages[i], i < size.n_dofs_per_stage.size() ? size.n_dofs_per_stage[i] : size.n_dofs,
-                       scene.contact.scope != ContactScope::none && scene.contact.friction);
+                       scene.contact.scope != ContactScope::none && scene.contact.friction, standing_loads);
   return text;
 }
 

@@ -20,9 +20,10 @@ enum class Source : std::size_t {
   gap_offsets,      ///< initial overlaps, from which gaps are counted, and which are then pushed out
   friction_limits,  ///< reversible slips whose stiffness µN/u_rev went with the normal force
   stages,           ///< effects and fiber models that a stage begins with or without, before anything moves
+  fiber_loads,      ///< forces per length on the motion of fibers
 };
-inline constexpr std::array<std::string_view, 7> source_names = {
-    "bodies", "separation", "contacts", "preloads", "gap_offsets", "friction_limits", "stages"};
+inline constexpr std::array<std::string_view, 8> source_names = {
+    "bodies", "separation", "contacts", "preloads", "gap_offsets", "friction_limits", "stages", "fiber_loads"};
 
 /// Where energy goes for good.
 enum class Sink : std::size_t {

@@ -45,12 +45,16 @@ Scene nondimensional(const Scene& scene, const Scales& scales) {
     b.position /= length;
     for (SurfaceSpec& spec : b.surfaces) spec.surface = scaled(spec.surface, 1 / length);
   }
-  for (Stage& stage : s.stages)
+  for (Stage& stage : s.stages) {
+    // Densities stay as they are: of a density in kg/m³, gravity makes a force per length in natural units.
+    for (FiberLoad& load : stage.loads)
+      load.value /= load.kind == LoadKind::gravity ? scales.stress / length : scales.stress * length;
     for (Drive& d : stage.drives) {
       const bool translation = d.dof <= BodyDof::z;
       if (d.mode == DriveMode::force) d.value /= scales.force() * (translation ? 1 : length);
       if (d.mode == DriveMode::displacement && translation) d.value /= length;
     }
+  }
   return s;
 }
 
@@ -102,6 +106,7 @@ StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage
   add_contact(scene, assembly, stage, from);
   add_surfaces(scene, assembly, stage, from);
   add_bodies(assembly, from);
+  add_fiber_loads(scene, assembly, stage, from);
   if (field.is_periodic()) effects.push_back(std::make_unique<Anchors>(field));
   if (contact && from.just_separated) contact->offset_gaps(start);
   if (stage.proximal_start > 0) {
@@ -322,12 +327,27 @@ void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
   if (auto terms = load_terms(from); !terms.empty()) add(loads, std::make_unique<BodyLoads>(bodies, std::move(terms)));
 }
 
+void StageModel::add_fiber_loads(const Scene& scene, const Assembly& assembly, const Stage& stage,
+                                 const StageStart& from) {
+  const std::vector<LoadThroughStage> through = loads_through(scene, assembly, stage, from.loads);
+  standing_loads = standing_after(through);
+  std::vector<FiberLoadTerm> terms = fiber_load_terms(through);
+  if (terms.empty()) return;
+  auto effect = std::make_unique<FiberLoads>(field, std::move(terms));
+  fiber_loads = effect.get();
+  effects.push_back(std::move(effect));
+}
+
 double StageModel::next_turn(double time) const {
   constexpr double here = 1e-9;
   double next = 1;
-  for (const DofDrive& drive : drives)
-    for (const Amplitude::Point& point : drive.amplitude.points)
+  const auto look_at = [&](const Amplitude& amplitude) {
+    for (const Amplitude::Point& point : amplitude.points)
       if (point.time > time + here) next = std::min(next, point.time);
+  };
+  for (const DofDrive& drive : drives) look_at(drive.amplitude);
+  for (const FiberLoadTerm& term : fiber_loads ? fiber_loads->terms() : std::vector<FiberLoadTerm>())
+    look_at(term.amplitude);
   return next;
 }
 

@@ -37,7 +37,7 @@ struct StageModel {
   StageModel(const StageModel&) = delete;
   StageModel& operator=(const StageModel&) = delete;
 
-  /// The first stage time after `time` at which a drive turns; 1 where none does.
+  /// The first stage time after `time` at which a drive or load turns; 1 where none does.
   [[nodiscard]] double next_turn(double time) const;
   [[nodiscard]] PrescribedMotion motion(const State& state, double from, double to) const;
   /// Force and moment with which a body pulls at its fibers and followers.
@@ -73,6 +73,8 @@ struct StageModel {
   Ties* ties = nullptr;
   Follow* follow = nullptr;
   BodyLoads* loads = nullptr;
+  FiberLoads* fiber_loads = nullptr;
+  std::vector<StandingLoad> standing_loads;  ///< what is on once the stage is over
 
  private:
   void resolve_drives(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
@@ -80,6 +82,7 @@ struct StageModel {
   void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_surfaces(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_bodies(const Assembly& assembly, const StageStart& from);
+  void add_fiber_loads(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   [[nodiscard]] std::vector<TieTerm> tie_terms(const Assembly& assembly) const;
   [[nodiscard]] std::vector<LoadTerm> load_terms(const StageStart& from) const;
   [[nodiscard]] Vec3 period_force(const State& state, Index body) const;

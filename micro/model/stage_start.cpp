@@ -94,6 +94,7 @@ StageStart after_stage(const Stage& stage, const StageModel& model, const State&
     history.insert(history.end(), more.begin(), more.end());
     std::ranges::sort(history, {}, &ContactHistory::place);
   }
+  start.loads = model.standing_loads;
   start.just_separated = stage.separate_yarns;
   return start;
 }

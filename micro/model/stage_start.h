@@ -6,6 +6,7 @@
 
 #include "micro/contact/contact.h"
 #include "micro/contact/surface_contact.h"
+#include "micro/model/standing_loads.h"
 #include "micro/rigid/rigid_body.h"
 #include "micro/weave/flat_start.h"
 
@@ -20,13 +21,15 @@ struct StageStart {
   std::vector<ContactHistory> contact_history;
   std::vector<Vec3> contact_tractions;
   std::vector<SurfaceContactHistory> surface_history;
-  bool just_separated = false;  ///< yarns were parted with vertical normals in the stage before
+  std::vector<StandingLoad> loads;  ///< on fibers
+  bool just_separated = false;      ///< yarns were parted with vertical normals in the stage before
 
   /// Contacts are the effects' own, once the stage is under way.
   void forget_contacts();
 
   void keep(Archive& archive) {
-    archive(configuration, poses, body_forces, contact_history, contact_tractions, surface_history, just_separated);
+    archive(configuration, poses, body_forces, contact_history, contact_tractions, surface_history, loads,
+            just_separated);
   }
 };
 

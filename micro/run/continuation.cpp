@@ -17,7 +17,7 @@ namespace {
 
 /// What a run goes on with must have been written by the same program.
 std::string program() {
-  constexpr int format = 6;  // of what is kept; to be raised where that changes
+  constexpr int format = 7;  // of what is kept; to be raised where that changes
   return fmt::format("Trame {}, format {}", TRAME_VERSION, format);
 }
 
@@ -136,7 +136,10 @@ void take_up(Resumption& resumption, const Scene& scene, const Assembly& assembl
     const bool fits = fibers.r.size() == n_nodes && fibers.g1.size() == n_nodes && fibers.g2.size() == n_nodes &&
                       fibers.tangent.size() == n_nodes && run.stage_start.poses.size() == n_bodies &&
                       run.stage_start.body_forces.size() == 6 * n_bodies && run.motion.size() == 6 * n_bodies;
-    resumption.kept.require(fits, "fibers and bodies of another scene");
+    const bool loads_fit = std::all_of(
+        run.stage_start.loads.begin(), run.stage_start.loads.end(),
+        [&](const auto& load) { return load.force.size() == static_cast<std::size_t>(assembly.mesh.n_fibers()); });
+    resumption.kept.require(fits && loads_fit, "fibers and bodies of another scene");
     resumption.kept.require(run.first_stage <= at.stage && at.stage < n_stages + (at.within ? 0 : 1) &&
                                 at.stage_time >= 0 && at.stage_time <= 1 && at.since_saved >= 0 &&
                                 (at.within || resumption.kept.at_end()),

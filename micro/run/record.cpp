@@ -104,6 +104,10 @@ double moment_imbalance(const StageModel& model, const State& state) {
     sum += lever + moment;
     magnitude += lever.norm() + moment.norm();
   }
+  for (const Vec3& moment : model.fiber_loads ? model.fiber_loads->moments(state) : std::vector<Vec3>()) {
+    sum += moment;
+    magnitude += moment.norm();
+  }
   return magnitude > 0 ? sum.norm() / magnitude : 0;
 }
 

@@ -20,7 +20,7 @@ namespace trame::micro {
 [[nodiscard]] SolverRecord record_solver(const StageModel& model, const State& state, const IncrementReport& report,
                                          const EnergyRecord& energy);
 
-/// Moment about the origin of all pulls of bodies at fibers over the sum of the magnitudes that cancel in it.
+/// Moment about the origin of all pulls of bodies and loads at fibers over the sum of the magnitudes that cancel in it.
 [[nodiscard]] double moment_imbalance(const StageModel& model, const State& state);
 [[nodiscard]] EnergyRecord dimensional(const Ledger& ledger, const Scales& scales);
 [[nodiscard]] Ledger natural(const EnergyRecord& energy, const Scales& scales);

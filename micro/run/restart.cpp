@@ -9,6 +9,7 @@
 
 #include "micro/core/error.h"
 #include "micro/core/name_table.h"
+#include "micro/scene/stages.h"
 
 namespace trame::micro {
 
@@ -183,6 +184,33 @@ StageStart stage_start_at(const Increment& state, const Scene& scene, const Asse
   return start;
 }
 
+std::string names_of(const std::vector<StandingLoad>& loads) {
+  std::vector<std::string> names;
+  for (const StandingLoad& load : loads) names.push_back(load.name);
+  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// The loads that are on where stage `after` has ended. The other run's scene says so, where its text is kept; a scene
+/// that has none in its stages up to there takes them over.
+std::vector<StandingLoad> loads_after(const std::string& after, const SnapshotHeader& header, const Scene& scene,
+                                      const Assembly& assembly, const Scales& scales) {
+  const std::vector<StandingLoad> ours = standing_loads(scene, assembly, stage_number(scene, after) + 1);
+  std::optional<Scene> other;
+  try {
+    other = nondimensional(parse_scene(header.scene_text, header.scene_name), scales);
+  } catch (const InputError&) {  // of a scene that was made in a program, or is of an earlier version
+  }
+  if (!other || stage_number(*other, after) == other->stages.size()) return ours;
+  const std::vector<StandingLoad> theirs =
+      standing_loads(*other, assemble_scene(*other), stage_number(*other, after) + 1);
+  if (!ours.empty() && !are_alike(ours, theirs))
+    throw InputError(fmt::format(
+        "--start-from: the loads on fibers at the end of stage {} are others in the states ({}) than in the "
+        "scene ({}); a stage after it may change them",
+        after, names_of(theirs), names_of(ours)));
+  return theirs;
+}
+
 }  // namespace
 
 Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene,
@@ -205,6 +233,7 @@ Restart restart_after(const std::string& after, const SnapshotReader& states, co
     i->bodies =
         with_late_bodies(i->bodies, states.header().body_names, assembly, in_natural_units(i->fibers, scales), scales);
   restart.start = stage_start_at(restart.state, scene, assembly, scales);
+  restart.start.loads = loads_after(after, states.header(), scene, assembly, scales);
   restart.start.just_separated = stage->separate_yarns;
   return restart;
 }

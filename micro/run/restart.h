@@ -14,10 +14,10 @@ struct Restart {
 };
 
 /// Finds the end of stage `after` in `states`, which must hold the fibers of this scene and no body that it lacks, and
-/// takes from it positions, sections, poses, forces and the history of every contact. A body that the states lack
-/// stands where the ends that it ties have taken it. `scene` and `assembly` are in natural units. Throws InputError
-/// where the states are of other fibers or bodies, have not finished that stage, or the scene has none of that name or
-/// nothing after it.
+/// takes from it positions, sections, poses, forces, loads and the history of every contact. A body that the states
+/// lack stands where the ends that it ties have taken it. `scene` and `assembly` are in natural units. Throws
+/// InputError where the states are of other fibers or bodies, have not finished that stage or other loads at its end,
+/// or the scene has none of that name or nothing after it.
 [[nodiscard]] Restart restart_after(const std::string& after, const SnapshotReader& states, const Scene& scene,
                                     const Assembly& assembly, const Scales& scales);
 

@@ -327,6 +327,7 @@ class Proportions {
       largest_radius_ = std::max(largest_radius_, t.radius);
       for (const double e : {m.young_modulus_axial, m.young_modulus_transverse, m.shear_modulus_axial})
         largest_modulus_ = std::max(largest_modulus_, e);
+      largest_density_ = std::max(largest_density_, m.density);
     }
   }
 
@@ -344,8 +345,9 @@ class Proportions {
       for (const SceneValue& table : bodies->tables()) check_body(table);
     if (const auto stages = root_.find("stage"))
       for (const SceneValue& table : stages->tables())
-        if (const auto drives = table.find("drive"))
-          for (const SceneValue& drive : drives->tables()) check_drive(drive);
+        for (const char* list : {"drive", "load"})
+          if (const auto entries = table.find(list))
+            for (const SceneValue& entry : entries->tables()) list[0] == 'd' ? check_drive(entry) : check_load(entry);
   }
 
  private:
@@ -407,9 +409,19 @@ class Proportions {
     if (const auto strain = drive.find("strain"); strain && std::abs(strain->quantity(ratio, any())) > most_strain)
       strain->fail(fmt::format("must be at most {:g}", most_strain));
   }
+  void check_load(const SceneValue& load) const {
+    const double most = most_loads * largest_modulus_ * largest_radius_;
+    if (const auto given = load.find("force_per_length"); given && largest(given->vector(force_per_length)) > most)
+      given->fail(fmt::format("must be at most {:g} N/m, {:g} E R of the stiffest fiber", most, most_loads));
+    const double mass_per_length = std::numbers::pi * largest_density_ * largest_radius_ * largest_radius_;
+    if (const auto given = load.find("gravity"); given && largest(given->vector(acceleration)) * mass_per_length > most)
+      given->fail(fmt::format("must be at most {:g} m/s2: a weight per length of {:g} E R of the stiffest fiber",
+                              most / mass_per_length, most_loads));
+  }
 
   const SceneValue& root_;
-  double smallest_radius_ = std::numeric_limits<double>::infinity(), largest_radius_ = 0, largest_modulus_ = 0;
+  double smallest_radius_ = std::numeric_limits<double>::infinity(), largest_radius_ = 0, largest_modulus_ = 0,
+         largest_density_ = 0;
 };
 
 Scene read_root(const SceneValue& root, const std::filesystem::path& folder) {

@@ -155,12 +155,32 @@ struct Drive {
   bool operator==(const Drive&) const = default;
 };
 
+/// What a load on fibers is given by.
+enum class LoadKind : std::uint8_t {
+  force_per_length,  ///< of the start configuration, N/m
+  gravity            ///< an acceleration, m/s²: the force per length is density × section × this
+};
+
+/// Forces per length on fibers, which do not go with them. Through a stage they go from what a load of the same name
+/// was before, or from nothing, to the value: a ramp, or by a table of shares of that way. What is on at a stage's end
+/// stays on until a later stage has a load of the same name.
+struct FiberLoad {
+  std::string name;
+  std::vector<std::string> fibers;  ///< names of fibers, bundles or yarns, with * and ? as wildcards
+  LoadKind kind = LoadKind::force_per_length;
+  Vec3 value = Vec3::Zero();
+  Amplitude amplitude = {};
+
+  bool operator==(const FiberLoad&) const = default;
+};
+
 /// A stretch of the load path. Body dofs that no drive names are held where they are.
 struct Stage {
   std::string name;
   Index n_increments = 10;  ///< wanted; steps are cut where they fail
   std::vector<Drive> drives;
-  bool separate_yarns = false;  ///< crossing order imposed with vertical normals (weaves only)
+  std::vector<FiberLoad> loads;  ///< of different names
+  bool separate_yarns = false;   ///< crossing order imposed with vertical normals (weaves only)
   bool friction = true;
   double proximal_start = 0;  ///< η at the start, in units of E A / L of a fiber, per node
   double proximal_end = 0;    ///< η at the end; falls geometrically; a zero end is zero on the last increment

@@ -42,6 +42,7 @@ std::string scene_schema() {
   describe(text, "[[body.surface]]", surface_keys());
   describe(text, "[[stage]]", stage_keys());
   describe(text, "[[stage.drive]]", drive_keys({}));
+  describe(text, "[[stage.load]]", load_keys({}));
   describe(text, "[test]", named_test_keys({}));
   describe(text, "[effects]", effect_keys());
   describe(text, "[contact]", contact_keys());

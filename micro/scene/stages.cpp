@@ -189,7 +189,7 @@ Amplitude read_amplitude(const SceneValue& value, Index n_increments) {
     const double time = row[0].quantity(plain_number, between(0, 1)),
                  share = row[1].quantity(plain_number, between(-1000, 1000));
     if (i == 0 && time == 0) {
-      if (share != 0) row[1].fail("must be 0 at stage time 0, where a drive begins");
+      if (share != 0) row[1].fail("must be 0 at stage time 0, where it begins");
       continue;
     }
     // A hair less, for times such as 1/3.
@@ -332,6 +332,62 @@ void read_drives(const SceneValue& stage_table, const std::optional<Weave>& weav
   }
 }
 
+/// Everything that a load can name, and the material of each.
+struct Loadable {
+  explicit Loadable(const Scene& scene) {
+    const auto add = [&](const std::string& name, Index type) {
+      names.add(name);
+      materials.push_back(&scene.materials[scene.fiber_types[type].material]);
+    };
+    const Names yarns = scene.weave ? yarn_names(*scene.weave) : Names();
+    for (Index i = 0; i < static_cast<Index>(yarns.size()); ++i) {
+      const Index n_warp = scene.weave->warp.n_yarns;
+      add(yarns[i], (i < n_warp ? scene.weave->warp.kind_of(i) : scene.weave->weft.kind_of(i - n_warp)).type);
+    }
+    for (const FiberSpec& fiber : scene.fibers) add(fiber.name, fiber.type);
+    for (const BundleSpec& bundle : scene.bundles) add(bundle.name, bundle.type);
+  }
+  NameTable names;
+  std::vector<const Material*> materials;
+};
+
+FiberLoad read_load(const SceneValue& table, const std::vector<Key<LoadInput>>& keys, const Loadable& loadable,
+                    Index n_increments) {
+  LoadInput input;
+  read_table(table, keys, {}, input);
+  if (input.force_per_length.has_value() == input.gravity.has_value())
+    table.fail("must have either \"force_per_length\" or \"gravity\"");
+  const char* given_by = input.gravity ? "gravity" : "force_per_length";
+  FiberLoad load;
+  load.name = input.name.value_or(given_by);
+  load.fibers = input.fibers;
+  load.kind = input.gravity ? LoadKind::gravity : LoadKind::force_per_length;
+  load.value = input.gravity ? *input.gravity : *input.force_per_length;
+  if (input.amplitude) load.amplitude = read_amplitude(*input.amplitude, n_increments);
+  if (input.gravity)
+    for (const std::string& pattern : load.fibers)
+      for (const Index named : loadable.names.fitting(pattern))
+        (void)known_density(*table.find(given_by), *loadable.materials[named]);
+  return load;
+}
+
+void read_loads(const SceneValue& stage_table, const Scene& scene, const Loadable& loadable,
+                const std::vector<Key<LoadInput>>& keys, Stage& stage) {
+  const auto loads = stage_table.find("load");
+  if (!loads) return;
+  NameTable known;
+  for (const SceneValue& table : loads->tables()) {
+    if (scene.weave && scene.weave->is_periodic())
+      table.fail("must not stand in a scene whose weave is periodic: nothing bears a force on all of a cell");
+    FiberLoad load = read_load(table, keys, loadable, stage.n_increments);
+    const auto name = table.find("name");
+    if (!known.add(load.name))
+      (name ? *name : table)
+          .fail(fmt::format("must have a name of its own, but \"{}\" is another load of the stage", load.name));
+    stage.loads.push_back(std::move(load));
+  }
+}
+
 /// What a stage asks for must go with the rest of the scene.
 void check_stage(const SceneValue& table, const Scene& scene, const Stage& stage) {
   if (stage.separate_yarns && !scene.weave) table.find("separate_yarns")->fail("needs a [weave]");
@@ -356,14 +412,17 @@ void read_stages(const SceneValue& root, Scene& scene) {
   const NameTable bodies = body_names(scene);
   const auto stage_table = stage_keys();
   const auto drive_table = drive_keys(bodies);
+  const Loadable loadable(scene);
+  const auto load_table = load_keys(loadable.names);
   NameTable known;
   for (const SceneValue& table : stages->tables()) {
     Stage stage;
-    read_table(table, stage_table, {"drive"}, stage);
+    read_table(table, stage_table, {"drive", "load"}, stage);
     add_new_name(*table.find("name"), stage.name, known);
     check_stage(table, scene, stage);
     stage.friction = stage.friction && scene.contact.friction;
     read_drives(table, scene.weave, bodies, drive_table, stage);
+    read_loads(table, scene, loadable, load_table, stage);
     scene.stages.push_back(std::move(stage));
   }
 }

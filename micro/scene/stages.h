@@ -1,6 +1,6 @@
 #pragma once
 /// \file
-/// Parts of reading a scene: its bodies with their ties, and its stages with their drives.
+/// Parts of reading a scene: its bodies with their ties, and its stages with their drives and loads.
 
 #include "micro/scene/scene.h"
 #include "micro/scene/value.h"

@@ -309,6 +309,25 @@ std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies) {
           .otherwise("default: [[1, 1]], a ramp")};
 }
 
+std::vector<Key<LoadInput>> load_keys(const NameTable& fibers_and_yarns) {
+  using T = LoadInput;
+  return {
+      key<T>("name", &T::name, new_name(), "it stays on until a later stage has a load of the same name")
+          .otherwise("default: \"force_per_length\" or \"gravity\""),
+      key<T>("fibers", &T::fibers, list(wildcard("a fiber, bundle or yarn", fibers_and_yarns), true), "what is loaded")
+          .otherwise("default: all"),
+      key<T>("force_per_length", &T::force_per_length, vector(force_per_length),
+             "of the start configuration; reached at the end, from what it was at the start; it does not turn with a "
+             "fiber")
+          .otherwise("this or gravity"),
+      key<T>("gravity", &T::gravity, vector(acceleration),
+             "the same for weight: force per length over the density and section of each fiber")
+          .otherwise("this or force_per_length"),
+      key<T>("amplitude", &T::amplitude, unread("a list of [stage time, share of the way to the value]"),
+             "straight from point to point, from [0, 0] to stage time 1; increments end at its points")
+          .otherwise("default: [[1, 1]], a ramp")};
+}
+
 std::vector<Key<Scene>> effect_keys() {
   const auto scope = choice<ContactScope>(
       {{"all", ContactScope::all}, {"between_yarns", ContactScope::between_yarns}, {"none", ContactScope::none}});

@@ -71,6 +71,14 @@ struct DriveInput {
   std::optional<std::string> follow;
 };
 
+/// A load on fibers, by one of two keys.
+struct LoadInput {
+  std::optional<std::string> name;
+  Names fibers = {"*"};
+  std::optional<Vec3> force_per_length, gravity;
+  std::optional<SceneValue> amplitude;
+};
+
 [[nodiscard]] std::vector<Key<Scene>> scene_keys();
 [[nodiscard]] std::vector<Key<MaterialInput>> material_keys();
 [[nodiscard]] std::vector<Key<IsotropicInput>> isotropic_keys();
@@ -86,6 +94,7 @@ struct DriveInput {
 [[nodiscard]] std::vector<Key<SurfaceInput>> surface_keys();
 [[nodiscard]] std::vector<Key<Stage>> stage_keys();
 [[nodiscard]] std::vector<Key<DriveInput>> drive_keys(const NameTable& bodies);
+[[nodiscard]] std::vector<Key<LoadInput>> load_keys(const NameTable& fibers_and_yarns);
 [[nodiscard]] std::vector<Key<Scene>> effect_keys();
 [[nodiscard]] std::vector<Key<ContactSettings>> contact_keys();
 [[nodiscard]] std::vector<Key<SolverSettings>> solver_keys();

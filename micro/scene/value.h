@@ -34,6 +34,7 @@ inline constexpr Measure linear_density{"kg m-1", "a linear density", "78 dtex",
 inline constexpr Measure per_length{"m-1", "a number per length", "37 per cm", 1e-6, 1e12};
 inline constexpr Measure force{"N", "a force", "2 mN", 1e-21, 1e15};
 inline constexpr Measure force_per_length{"N m-1", "a force per length", "50 N/m", 1e-15, 1e15};
+inline constexpr Measure acceleration{"m s-2", "an acceleration", "9.81 m/s2", 1e-15, 1e15};
 inline constexpr Measure moment{"N m", "a moment", "0.1 N mm", 1e-21, 1e15};
 
 /// An interval of numbers, each end open or closed.

@@ -6,6 +6,7 @@
 #include "micro/contact/contact.h"
 #include "micro/contact/surface_contact.h"
 #include "micro/fiber/enriched_beam.h"
+#include "micro/fiber/fiber_loads.h"
 #include "micro/fiber/rod.h"
 #include "micro/rigid/rigid_body.h"
 #include "micro/solve/proximal.h"
@@ -35,6 +36,24 @@ TEST(Derivatives, EnrichedBeamTransverselyIsotropic) {
   const Material carbon{"carbon", 1, 0.065, 0.12, 0.25, 0.4};
   EnrichedBeams beams(scene.field, {carbon, carbon}, scene.configuration, false);
   expect_consistent_derivatives(beams, scene.layout, perturbed(scene.layout, scene.state, 0.1, 2));
+}
+
+TEST(Derivatives, LoadsOnFibers) {
+  for (const FiberModel model : {FiberModel::enriched, FiberModel::rod}) {
+    TwoFibers scene(model);
+    FiberLoads loads(scene.field, {{0, {1, 2, -3}, {0, 1, 4}, {{{0.5, 2}, {1, 0}}}}, {1, {}, {-1, 0, 2}, {}}});
+    loads.begin_step(scene.state, 0.7);
+    expect_consistent_derivatives(loads, scene.layout, perturbed(scene.layout, scene.state, 0.1, 5));
+    // All of it arrives on positions, whatever else it does.
+    const Eigen::VectorXd force = test::assemble(loads, scene.layout, scene.state).force;
+    for (const Index f : {0, 1}) {
+      Vec3 sum = Vec3::Zero();
+      for (Index n = scene.field.element_node(f, 0); n <= scene.field.last_node(f); ++n)
+        sum += force.segment<3>(scene.layout.first_dof(n));
+      const Vec3 per_length = f == 0 ? Vec3(-0.2, 0.8, 5.4) : Vec3(-0.7, 0, 1.4);
+      EXPECT_LT((sum + scene.field.mesh().length(f) * per_length).norm(), 1e-12);
+    }
+  }
 }
 
 TEST(Derivatives, Rod) {

@@ -31,7 +31,7 @@ TEST(SummaryJson, HoldsEveryNumberOfTheRun) {
                     .damping = 0.25,
                     .imbalance = 0.25,
                     .release = 0.25,
-                    .work = {1, 2, 3, 4, 5, 6, -16}};
+                    .work = {1, 2, 3, 4, 5, 6, -23, 7}};
   summary.crossing_order_ok = false;
   summary.n_threads = 2;
   summary.timers.add(Phase::factorization, 12.5);
@@ -69,7 +69,8 @@ TEST(SummaryJson, HoldsEveryNumberOfTheRun) {
                                                  {"preloads", 4.0},
                                                  {"gap_offsets", 5.0},
                                                  {"friction_limits", 6.0},
-                                                 {"stages", -16.0}}}}));
+                                                 {"stages", -23.0},
+                                                 {"fiber_loads", 7.0}}}}));
   EXPECT_EQ(json.at("seconds").at("factorization"), 12.5);
   EXPECT_EQ(json.at("seconds").at("meso"), 0.5);
   EXPECT_EQ(json.at("seconds").at("symbolic"), 0.0);

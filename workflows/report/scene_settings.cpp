@@ -42,7 +42,7 @@ std::string systems_table(const micro::Scene& scene) {
   return table(rows);
 }
 
-/// The bodies that a stage drives, each name once.
+/// The bodies that a stage drives and the fibers that it loads, each name once.
 std::string drives_text(const micro::Stage& stage) {
   std::string text;
   for (const micro::Drive& drive : stage.drives) {
@@ -50,6 +50,9 @@ std::string drives_text(const micro::Stage& stage) {
     const std::string one = fmt::format("{} {}", escaped(drive.bodies), how[static_cast<std::size_t>(drive.mode)]);
     if (text.find(one) == std::string::npos) text += (text.empty() ? "" : ", ") + one;
   }
+  for (const micro::FiberLoad& load : stage.loads)
+    text += fmt::format("{}{} on {}", text.empty() ? "" : ", ", escaped(load.name),
+                        escaped(fmt::format("{}", fmt::join(load.fibers, ", "))));
   return text.empty() ? "nothing" : text;
 }
 
