@@ -48,7 +48,7 @@ double root(double low, double high, const std::function<double(double)>& f) {
   return 0.5 * (low + high);
 }
 
-double work_of_loads(const RunResult& result) {
+double work_of_loads(const test::RunResult& result) {
   return result.last().solver.energy.work[static_cast<std::size_t>(Source::fiber_loads)];
 }
 
@@ -109,15 +109,29 @@ TEST(FiberLoads, CantileverBendsFar) {
                  energy.imbalance / energy.external_work);
       EXPECT_NEAR(result.tip().x() / length, expected[0] / length, 1e-3) << name_of(model) << ", " << load;
       EXPECT_NEAR(result.tip().z() / length, expected[1] / length, 1e-3) << name_of(model) << ", " << load;
-      EXPECT_NEAR(energy.imbalance / energy.external_work, 0, 0.01) << name_of(model) << ", " << load;
+      EXPECT_NEAR(energy.imbalance / energy.external_work, 0, 0.02) << name_of(model) << ", " << load;
       EXPECT_LT(result.summary.moment_imbalance, 1e-4);
     }
   }
 }
 
+// The work of a load is trapezoidal: what it is off by falls with the square of the increments.
+TEST(FiberLoads, BooksBalanceToSecondOrder) {
+  const double length = 100, q = 10 * bending / std::pow(length, 3);
+  const auto imbalance = [&](Index n_increments) {
+    const auto result = test::run_scene(
+        clamped_fiber(FiberModel::rod, length, 10, stage_with({force_per_length({0, 0, q})}, n_increments)));
+    EXPECT_TRUE(result.done()) << result.summary.message;
+    const EnergyRecord& energy = result.last().solver.energy;
+    EXPECT_NEAR(work_of_loads(result) / energy.external_work, 1, 1e-9) << "the wall does not move";
+    return energy.imbalance / energy.external_work;
+  };
+  EXPECT_NEAR(imbalance(8) / imbalance(16), 4, 0.5);
+}
+
 // ρ g L²/(2 E), and all of the weight at the upper end. In SI units, of two fibers of different sections and materials.
 TEST(FiberLoads, HangingFibersBearTheirWeight) {
-  const double length = 4e-3, g = 1e6, density = 1140, radius[] = {1e-4, 5e-5}, modulus[] = {1e9, 3e9};
+  const double length = 4e-3, g = 1e5, density = 1140, radius[] = {1e-4, 5e-5}, modulus[] = {1e9, 3e9};
   for (const FiberModel model : both_models) {
     Scene scene;
     scene.name = "hanging";
@@ -139,7 +153,7 @@ TEST(FiberLoads, HangingFibersBearTheirWeight) {
                    elongation = rho * g * length * length / (2 * modulus[i]);
       fmt::print("{} {}: elongation / closed form {:.6f}\n", name_of(model), i,
                  (-result.tip(i).z() - length) / elongation);
-      EXPECT_NEAR((-result.tip(i).z() - length) / elongation, 1, 0.01) << name_of(model) << i;
+      EXPECT_NEAR((-result.tip(i).z() - length) / elongation, 1, 1e-3) << name_of(model) << i;
       EXPECT_NEAR(result.last().bodies.force[i].z() / weight, 1, 1e-6) << name_of(model) << i;
     }
   }
@@ -179,6 +193,7 @@ TEST(FiberLoads, PlaneBearsTheWeightOfAFiberThatLiesOnIt) {
     Scene scene = clamped_fiber(model, length, 10, stage_with({force_per_length({0, 0, -w})}, 2));
     scene.stages[0].drives = {{"wall", BodyDof::z, DriveMode::force, 0, ""},
                               {"wall", BodyDof::ry, DriveMode::force, 0, ""}};
+    scene.stages[0].proximal_start = 1e-4;  // nothing else holds it before it is pressed on
     scene.bodies.push_back(
         {"floor", {0, 0, -1}, {}, {{{SurfaceShape::plane, Vec3::Zero(), Vec3::UnitZ()}, 0.0, {}, true}}});
     scene.contact.friction = false;
@@ -218,7 +233,8 @@ TEST(FiberLoads, StayOnUntilAStageChangesThem) {
     for (std::size_t i = 0; i < on.size(); ++i)
       EXPECT_LT((result.increments[i + 1].bodies.force[0] / (q * length) + on[i]).norm(), 1e-4) << i;
     EXPECT_NEAR(result.tip().z(), 0, 1e-4);
-    EXPECT_NEAR(work_of_loads(result) / result.increments[1].solver.energy.stored, 0, 1e-3) << "it all comes back";
+    EXPECT_NEAR(work_of_loads(result) / result.increments[1].solver.energy.stored, 0, 2e-3)
+        << "it comes back, but for trapezoids";
   }
 }
 
