@@ -205,8 +205,8 @@ std::vector<StandingLoad> loads_after(const std::string& after, const SnapshotHe
       standing_loads(*other, assemble_scene(*other), stage_number(*other, after) + 1);
   if (!ours.empty() && !are_alike(ours, theirs))
     throw InputError(fmt::format(
-        "--start-from: the loads on fibers at the end of stage {} are others in the states ({}) than in the "
-        "scene ({}); a stage after it may change them",
+        "--start-from: the loads on fibers at the end of stage {} differ: in the states {}, in the scene {}; a stage "
+        "after it may change them",
         after, names_of(theirs), names_of(ours)));
   return theirs;
 }

@@ -344,10 +344,12 @@ class Proportions {
     if (const auto bodies = root_.find("body"))
       for (const SceneValue& table : bodies->tables()) check_body(table);
     if (const auto stages = root_.find("stage"))
-      for (const SceneValue& table : stages->tables())
-        for (const char* list : {"drive", "load"})
-          if (const auto entries = table.find(list))
-            for (const SceneValue& entry : entries->tables()) list[0] == 'd' ? check_drive(entry) : check_load(entry);
+      for (const SceneValue& table : stages->tables()) {
+        if (const auto drives = table.find("drive"))
+          for (const SceneValue& drive : drives->tables()) check_drive(drive);
+        if (const auto loads = table.find("load"))
+          for (const SceneValue& load : loads->tables()) check_load(load);
+      }
   }
 
  private:

@@ -194,8 +194,9 @@ TEST_F(FiberLoadRuns, BeginWithTheLoadsThatAreOn) {
   }
   // What a scene says of stages that it does not run must be so.
   const Scene other = scene_of(stage_text("first", load_text(drag)) + then);
-  expect_mentions(input_error([&] { (void)run_after(other, "no.h5", "first.h5", "first"); }),
-                  {"--start-from", "loads on fibers at the end of stage first", "drag, gravity", "(drag)"});
+  expect_mentions(
+      input_error([&] { (void)run_after(other, "no.h5", "first.h5", "first"); }),
+      {"--start-from", "loads on fibers at the end of stage first", "in the states drag, gravity, in the scene drag;"});
 }
 
 TEST_F(FiberLoadRuns, GoOnToTheBit) {

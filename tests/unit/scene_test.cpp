@@ -557,7 +557,7 @@ TEST(SceneSchema, ListsTheKeysWithUnitDefaultRangeAndMeaning) {
   const std::string schema = scene_schema();
   for (const char* table :
        {"[material.NAME]", "[fiber_type.NAME]", "[[fiber]]", "[[bundle]]", "[weave]", "[weave.warp]", "[[body]]",
-        "[[body.tie]]", "[[stage]]", "[[stage.drive]]", "[effects]", "[contact]", "[solver]"})
+        "[[body.tie]]", "[[stage]]", "[[stage.drive]]", "[[stage.load]]", "[effects]", "[contact]", "[solver]"})
     EXPECT_NE(schema.find(table), std::string::npos) << table;
   EXPECT_NE(schema.find("friction_coefficient      µ; needs friction\n"
                         "                            a number of at least 0 (default: 0.2)"),
