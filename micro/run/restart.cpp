@@ -184,10 +184,16 @@ StageStart stage_start_at(const Increment& state, const Scene& scene, const Asse
   return start;
 }
 
-std::string names_of(const std::vector<StandingLoad>& loads) {
-  std::vector<std::string> names;
-  for (const StandingLoad& load : loads) names.push_back(load.name);
-  return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+/// "gravity of up to 0.01 N/m, drag of up to 2 N/m".
+std::string text_of(const std::vector<StandingLoad>& loads, const Scales& scales) {
+  std::string text;
+  for (const StandingLoad& load : loads) {
+    double most = 0;
+    for (const Vec3& f : load.force) most = std::max(most, f.norm());
+    text += fmt::format("{}{} of up to {:.6g} N/m", text.empty() ? "" : ", ", load.name,
+                        most * scales.force() / scales.length);
+  }
+  return text.empty() ? "none" : text;
 }
 
 /// The loads that are on where stage `after` has ended. The other run's scene says so, where its text is kept; a scene
@@ -207,7 +213,7 @@ std::vector<StandingLoad> loads_after(const std::string& after, const SnapshotHe
     throw InputError(fmt::format(
         "--start-from: the loads on fibers at the end of stage {} differ: in the states {}, in the scene {}; a stage "
         "after it may change them",
-        after, names_of(theirs), names_of(ours)));
+        after, text_of(theirs, scales), text_of(ours, scales)));
   return theirs;
 }
 

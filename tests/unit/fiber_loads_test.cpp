@@ -196,7 +196,8 @@ TEST_F(FiberLoadRuns, BeginWithTheLoadsThatAreOn) {
   const Scene other = scene_of(stage_text("first", load_text(drag)) + then);
   expect_mentions(
       input_error([&] { (void)run_after(other, "no.h5", "first.h5", "first"); }),
-      {"--start-from", "loads on fibers at the end of stage first", "in the states drag, gravity, in the scene drag;"});
+      {"--start-from", "loads on fibers at the end of stage first",
+       "in the states drag of up to 0.01 N/m, gravity of up to 0.0628319 N/m, in the scene drag of up to 0.01 N/m;"});
 }
 
 TEST_F(FiberLoadRuns, GoOnToTheBit) {
