@@ -13,9 +13,9 @@ std::vector<Comparison> follow(const YarnComparer& comparer, const StrainSeries&
   const auto a = comparer.state_a(series.from);
   std::vector<std::unique_ptr<YarnsVtkWriter>> writers;
   for (std::size_t m = 0; m < series.vtk_folders.size(); ++m)
-    writers.push_back(std::make_unique<YarnsVtkWriter>(comparer.states().header().mesh,
+    writers.push_back(std::make_unique<YarnsVtkWriter>(comparer.states().header(),
                                                        comparer.meshes(comparer.settings().meshes[m]), series.from,
-                                                       a->increment.fibers.r, series.vtk_folders[m]));
+                                                       a->increment, series.vtk_folders[m], series.copies));
   std::vector<Index> increments = series.to;
   if (increments.empty()) {
     increments.resize(comparer.states().n_increments());

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "meso/comparison.h"
+#include "micro/states/cell_copies.h"
 
 namespace trame::meso {
 
@@ -16,6 +17,7 @@ struct StrainSeries {
   std::vector<Index> compare = {};  ///< those of them that everything is wanted of
   /// Of yarns.pvd, for each mesh of the settings; empty: not written.
   std::vector<std::filesystem::path> vtk_folders = {};
+  micro::Copies copies = micro::one_cell;                  ///< of a periodic cell, in yarns.pvd
   std::function<void(const StateStrains&)> on_state = {};  ///< is given each state in turn
 };
 

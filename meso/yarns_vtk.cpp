@@ -1,5 +1,6 @@
 #include "meso/yarns_vtk.h"
 
+#include <vtkAppendFilter.h>
 #include <vtkCellData.h>
 #include <vtkCellType.h>
 #include <vtkPointData.h>
@@ -8,15 +9,18 @@
 
 #include <utility>
 
+#include "micro/states/vtk_copies.h"
 #include "micro/states/vtk_series.h"
 
 namespace trame::meso {
 
 struct YarnsVtkWriter::Impl {
-  const micro::FiberMesh& fibers;
+  const micro::SnapshotHeader& header;
   const std::vector<YarnMesh>& meshes;
   Index from;
   std::vector<Vec3> positions_a;
+  micro::Copies copies;
+  micro::Periods periods_a;
   micro::VtkSeries series;
 
   void add_geometry(vtkUnstructuredGrid* grid, const std::vector<Vec3>& r) const {
@@ -41,7 +45,7 @@ struct YarnsVtkWriter::Impl {
     std::vector<Index> yarns, families;
     for (const YarnMesh& mesh : meshes) {
       yarns.insert(yarns.end(), mesh.tets.size(), mesh.yarn);
-      families.insert(families.end(), mesh.tets.size(), static_cast<Index>(fibers.yarns[mesh.yarn].family));
+      families.insert(families.end(), mesh.tets.size(), static_cast<Index>(header.mesh.yarns[mesh.yarn].family));
     }
     micro::add_array(grid->GetCellData(), "yarn", yarns);
     micro::add_array(grid->GetCellData(), "family", families);
@@ -92,9 +96,14 @@ void add_strains(vtkFieldData* data, const std::vector<YarnFields>& yarns, Part&
 
 }  // namespace
 
-YarnsVtkWriter::YarnsVtkWriter(const micro::FiberMesh& fibers, const std::vector<YarnMesh>& meshes, Index from,
-                               std::vector<Vec3> positions_a, const std::filesystem::path& folder)
-    : impl_(new Impl{fibers, meshes, from, std::move(positions_a), micro::VtkSeries(folder, "yarns", "vtu")}) {}
+YarnsVtkWriter::YarnsVtkWriter(const micro::SnapshotHeader& header, const std::vector<YarnMesh>& meshes, Index from,
+                               const micro::Increment& state_a, const std::filesystem::path& folder,
+                               const micro::Copies& copies) {
+  const micro::Periods periods = micro::periods_of(header, state_a);
+  micro::check_copies(copies, micro::is_periodic(periods));
+  impl_.reset(
+      new Impl{header, meshes, from, state_a.fibers.r, copies, periods, micro::VtkSeries(folder, "yarns", "vtu")});
+}
 
 YarnsVtkWriter::~YarnsVtkWriter() = default;
 
@@ -111,10 +120,12 @@ void YarnsVtkWriter::append(Index index, const micro::Increment& state_b, const 
   add<Index>(grid->GetCellData(), "shear_zone", yarns, [](const YarnFields& yarn) { return yarn.zones.zone; });
   add<double>(grid->GetCellData(), "shear_contrast", yarns, [](const YarnFields& yarn) { return yarn.zones.contrast; });
   add<double>(grid->GetPointData(), "D2_min", yarns, [](const YarnFields& yarn) { return yarn.D2_min; });
-  micro::add_load(grid, state_b.stage, state_b.stage_time);
-  micro::add_array(grid->GetFieldData(), "from", std::vector<Index>{impl_->from});
+  const micro::CopyPlaces places{impl_->copies, micro::periods_of(impl_->header, state_b), impl_->periods_a};
+  const auto data = micro::with_copies<vtkAppendFilter>(grid.Get(), places);
+  micro::add_load(data, state_b.stage, state_b.stage_time);
+  micro::add_array(data->GetFieldData(), "from", std::vector<Index>{impl_->from});
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
-  writer->SetInputData(grid);
+  writer->SetInputData(data);
   impl_->series.add(index, writer);
 }
 

@@ -17,6 +17,7 @@
 /// | shear_contrast | cells | gamma_max above its surroundings, in standard deviations |
 /// | D2_min | points | non-affine motion D²_min / d², see `non_affine_residual`; NaN with too few neighbours |
 /// | yarn, family | cells | index; 0: warp, 1: weft, 2: neither |
+/// | copy | cells | (i, j) of the copy, where the weave is periodic: `cell_copies` |
 /// | displacement | points | from A to B, m |
 /// | load, stage_time, from | field | stage of B, 0…1 within it, increment number of A |
 ///
@@ -27,15 +28,17 @@
 #include <vector>
 
 #include "meso/comparison.h"
-#include "micro/states/snapshot.h"
+#include "micro/states/cell_copies.h"
 
 namespace trame::meso {
 
 class YarnsVtkWriter {
  public:
-  /// Throws InputError where `folder` cannot be made. `fibers` and `meshes` must outlive the writer.
-  YarnsVtkWriter(const micro::FiberMesh& fibers, const std::vector<YarnMesh>& meshes, Index from,
-                 std::vector<Vec3> positions_a, const std::filesystem::path& folder);
+  /// Throws InputError where there cannot be so many copies, or `folder` cannot be made. `header` and `meshes` must
+  /// outlive the writer.
+  YarnsVtkWriter(const micro::SnapshotHeader& header, const std::vector<YarnMesh>& meshes, Index from,
+                 const micro::Increment& state_a, const std::filesystem::path& folder,
+                 const micro::Copies& copies = micro::one_cell);
   ~YarnsVtkWriter();
   YarnsVtkWriter(const YarnsVtkWriter&) = delete;
   YarnsVtkWriter& operator=(const YarnsVtkWriter&) = delete;

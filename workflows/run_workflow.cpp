@@ -42,11 +42,12 @@ nlohmann::json yarns_json(const micro::FiberMesh& mesh, const std::vector<meso::
 }
 
 /// Strains of all yarns from the flat start to every saved state, and everything between the report's pairs.
-nlohmann::json analyse_yarns(YarnResults& results, const OutputDirectory& out, Terminal& terminal) {
+nlohmann::json analyse_yarns(YarnResults& results, const OutputDirectory& out, const micro::Copies& copies,
+                             Terminal& terminal) {
   const Index n_states = results.states.n_increments();
   const std::vector<meso::StatePair> pairs = meso::pairs_of_run(results.states);
   std::vector<meso::YarnStrain> last;
-  meso::StrainSeries series{.vtk_folders = {out.vtk()}};
+  meso::StrainSeries series{.vtk_folders = {out.vtk()}, .copies = copies};
   for (const meso::StatePair& pair : pairs)
     if (pair.from == 0) series.compare.push_back(pair.to);
   series.on_state = [&](const meso::StateStrains& strains) { last = strains.meshes.front().summaries; };
@@ -82,10 +83,11 @@ int main(int argc, char** argv) {
       {.name = "run_workflow",
        .description = "Simulates the fibers of a scene, then computes the strains of its yarns and writes a report.",
        .from_states =
-           [&](const OutputDirectory& out, int n_threads, trame::Timers& timers, Terminal& terminal) {
+           [&](const OutputDirectory& out, const trame::micro::Copies& copies, int n_threads, trame::Timers& timers,
+               Terminal& terminal) {
              const auto time = timers.measure(trame::Phase::meso);
              results = std::make_unique<YarnResults>(out.states(), n_threads);
-             return analyse_yarns(*results, out, terminal);
+             return analyse_yarns(*results, out, copies, terminal);
            },
        .from_results = [&](const OutputDirectory& out, Terminal& terminal) { report(*results, out, terminal); }},
       argc, argv);

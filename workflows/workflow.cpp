@@ -94,11 +94,11 @@ void write_summary(const OutputDirectory& out, const Task& task, const Options& 
   write_whole_file(out.summary(), json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
-void write_fibers(const OutputDirectory& out, Timers& timers) {
+void write_fibers(const OutputDirectory& out, const micro::Copies& copies, Timers& timers) {
   const auto io = timers.measure(Phase::io);
   const micro::SnapshotReader states(out.states());
-  micro::write_fibers_vtk(states, out.vtk());
-  micro::write_surfaces_vtk(states, out.vtk());
+  micro::write_fibers_vtk(states, out.vtk(), copies);
+  micro::write_surfaces_vtk(states, out.vtk(), copies);
 }
 
 void tell_outcome(Terminal& terminal, const micro::SimulationSummary& summary) {
@@ -177,6 +177,12 @@ Beginning beginning_of(const Task& task, const Options& options) {
   return beginning;
 }
 
+/// Whether warp and weft come back to where they start.
+std::array<bool, 2> periodic_systems(const micro::Scene& scene) {
+  if (!scene.weave) return {false, false};
+  return {scene.weave->warp.periodic, scene.weave->weft.periodic};
+}
+
 /// What is left to do of a scene, for an estimate of that.
 micro::Scene what_is_left(micro::Scene scene, const micro::StartPoint& from) {
   scene.stages.erase(scene.stages.begin(), scene.stages.begin() + static_cast<std::ptrdiff_t>(from.stage));
@@ -250,14 +256,15 @@ void write_results(const Task& task, const Options& options, const Program& prog
   tell_outcome(terminal, summary);
   make_summary();  // what comes now may take long
   outputs.make("curves", [&] { write_curves(out, task.scene, summary, terminal); });
-  outputs.make("vtk/fibers.pvd", [&] { write_fibers(out, summary.timers); });
+  outputs.make("vtk/fibers.pvd", [&] { write_fibers(out, options.copies, summary.timers); });
   const bool is_wanted_now = summary.status == micro::SimulationSummary::Status::interrupted;
   if (program.from_states && is_wanted_now)
     terminal.line(
         fmt::format("Without strains of yarns and report: strain_post {} makes them.", out.states().string()));
   if (program.from_states && !is_wanted_now)
-    outputs.make("strains of yarns",
-                 [&] { derived.update(program.from_states(out, summary.n_threads, summary.timers, terminal)); });
+    outputs.make("strains of yarns", [&] {
+      derived.update(program.from_states(out, options.copies, summary.n_threads, summary.timers, terminal));
+    });
   make_summary();
   if (program.from_results && !is_wanted_now) {
     const std::size_t n_failures = outputs.failures().size();
@@ -291,6 +298,7 @@ int run_command_line(const Program& program, int argc, char** argv) {
   }
   const Task task = load_task(*options);
   const micro::Scene& scene = task.scene;
+  micro::check_copies(options->copies, periodic_systems(scene));
   check_memory(scene, available_memory());
   const Beginning beginning = beginning_of(task, *options);
   take_blas_buffers(options->n_threads);

@@ -1,5 +1,6 @@
 #include "micro/states/fibers_vtk.h"
 
+#include <vtkAppendPolyData.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkPointData.h>
@@ -13,6 +14,7 @@
 #include <utility>
 
 #include "micro/fiber/lagrange.h"
+#include "micro/states/vtk_copies.h"
 #include "micro/states/vtk_series.h"
 
 namespace trame::micro {
@@ -121,9 +123,12 @@ std::vector<double> fiber_contact_force(const FiberMesh& mesh, const ContactReco
 }
 
 struct FibersVtkWriter::Impl {
-  FiberMesh mesh;
+  SnapshotHeader header;
   std::vector<Vec3> reference;
+  Copies copies;
+  Periods periods;  // of the reference
   VtkSeries series;
+  const FiberMesh& mesh = header.mesh;
 
   void add_lines(vtkPolyData* data) const {
     vtkNew<vtkCellArray> lines;
@@ -158,27 +163,33 @@ struct FibersVtkWriter::Impl {
   }
 };
 
-FibersVtkWriter::FibersVtkWriter(const FiberMesh& mesh, std::vector<Vec3> reference,
-                                 const std::filesystem::path& folder)
-    : impl_(new Impl{mesh, std::move(reference), VtkSeries(folder, "fibers", "vtp")}) {}
+FibersVtkWriter::FibersVtkWriter(const SnapshotHeader& header, const Increment& reference,
+                                 const std::filesystem::path& folder, const Copies& copies) {
+  const Periods periods = periods_of(header, reference);
+  check_copies(copies, is_periodic(periods));
+  impl_.reset(new Impl{header, reference.fibers.r, copies, periods, VtkSeries(folder, "fibers", "vtp")});
+}
 
 FibersVtkWriter::~FibersVtkWriter() = default;
 
 void FibersVtkWriter::append(Index index, const Increment& increment) {
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(make_points(increment.fibers.r));
-  impl_->add_lines(data);
-  impl_->add_cell_data(data);
-  impl_->add_point_data(data, increment);
+  vtkNew<vtkPolyData> cell;
+  cell->SetPoints(make_points(increment.fibers.r));
+  impl_->add_lines(cell);
+  impl_->add_cell_data(cell);
+  impl_->add_point_data(cell, increment);
+  const CopyPlaces places{impl_->copies, periods_of(impl_->header, increment), impl_->periods};
+  const auto data = with_copies<vtkAppendPolyData>(cell.Get(), places);
   add_load(data, increment.stage, increment.stage_time);
   vtkNew<vtkXMLPolyDataWriter> writer;
   writer->SetInputData(data);
   impl_->series.add(index, writer);
 }
 
-std::filesystem::path write_fibers_vtk(const SnapshotReader& states, const std::filesystem::path& folder) {
+std::filesystem::path write_fibers_vtk(const SnapshotReader& states, const std::filesystem::path& folder,
+                                       const Copies& copies) {
   if (states.n_increments() == 0) throw InputError("the state file holds no increment");
-  FibersVtkWriter writer(states.header().mesh, states.read_fibers(0).r, folder);
+  FibersVtkWriter writer(states.header(), states.read(0), folder, copies);
   for (Index i = 0; i < states.n_increments(); ++i) writer.append(i, states.read(i));
   return folder / "fibers.pvd";
 }

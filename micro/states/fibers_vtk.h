@@ -10,6 +10,7 @@
 /// | curvature | points | 1/m | of the centre line |
 /// | contact_force | points | N/m | sum of the sizes of normal contact forces per length of fiber |
 /// | fiber, yarn, family | cells | | indices; family 0: warp, 1: weft, 2: neither |
+/// | copy | cells | | (i, j) of the copy, where the weave is periodic: cell_copies.h |
 /// | load, stage_time | field | | name of the stage, and 0…1 within it |
 ///
 /// The time of the series is the increment's number.
@@ -18,7 +19,7 @@
 #include <memory>
 #include <vector>
 
-#include "micro/states/snapshot.h"
+#include "micro/states/cell_copies.h"
 
 namespace trame::micro {
 
@@ -38,8 +39,9 @@ namespace trame::micro {
 /// Writes increments one by one, so that a running simulation can be watched.
 class FibersVtkWriter {
  public:
-  /// `reference`: node positions of increment 0. Throws InputError where `folder` cannot be made.
-  FibersVtkWriter(const FiberMesh& mesh, std::vector<Vec3> reference, const std::filesystem::path& folder);
+  /// `reference`: increment 0. Throws InputError where there cannot be so many copies, or `folder` cannot be made.
+  FibersVtkWriter(const SnapshotHeader& header, const Increment& reference, const std::filesystem::path& folder,
+                  const Copies& copies = one_cell);
   ~FibersVtkWriter();
   FibersVtkWriter(const FibersVtkWriter&) = delete;
   FibersVtkWriter& operator=(const FibersVtkWriter&) = delete;
@@ -53,6 +55,7 @@ class FibersVtkWriter {
 };
 
 /// Writes every increment of a state file; returns the .pvd file. Throws InputError.
-std::filesystem::path write_fibers_vtk(const SnapshotReader& states, const std::filesystem::path& folder);
+std::filesystem::path write_fibers_vtk(const SnapshotReader& states, const std::filesystem::path& folder,
+                                       const Copies& copies = one_cell);
 
 }  // namespace trame::micro

@@ -139,6 +139,18 @@ std::vector<PlacedSurface> surfaces_in(const Scene& scene, const SnapshotHeader&
   return placed;
 }
 
+/// Box of all copies. The surfaces of a cell are planes that lie level: they need no copies.
+Eigen::AlignedBox3d extent_of_copies(const SnapshotHeader& header, const Increment& increment, const Copies& copies) {
+  const Periods periods = periods_of(header, increment);
+  const Eigen::AlignedBox3d cell = extent_of(header.mesh, increment.fibers);
+  Eigen::AlignedBox3d extent = cell;
+  for (const CopyNumber& number : copy_numbers(copies)) {
+    const Vec3 by = displacement_of(number, periods);
+    extent.extend(Eigen::AlignedBox3d(cell.min() + by, cell.max() + by));
+  }
+  return extent;
+}
+
 }  // namespace
 
 std::vector<PlacedSurface> surfaces_of(const SnapshotHeader& header, const Increment& increment) {
@@ -172,7 +184,7 @@ vtkSmartPointer<vtkPolyData> shape_of(const PlacedSurface& placed, const Eigen::
   return move->GetOutput();
 }
 
-void write_surfaces_vtk(const SnapshotReader& states, const std::filesystem::path& folder) {
+void write_surfaces_vtk(const SnapshotReader& states, const std::filesystem::path& folder, const Copies& copies) {
   const SnapshotHeader& header = states.header();
   const std::optional<Scene> scene = scene_of(header);
   const auto has_any = [](const BodySpec& body) { return !body.surfaces.empty(); };
@@ -180,7 +192,7 @@ void write_surfaces_vtk(const SnapshotReader& states, const std::filesystem::pat
   VtkSeries series(folder, "surfaces", "vtp");
   for (Index i = 0; i < states.n_increments(); ++i) {
     const Increment increment = states.read(i);
-    const Eigen::AlignedBox3d around = extent_of(header.mesh, increment.fibers);
+    const Eigen::AlignedBox3d around = extent_of_copies(header, increment, copies);
     vtkNew<vtkAppendPolyData> all;
     all->AddInputData(vtkSmartPointer<vtkPolyData>::New());  // there may be none yet
     for (const PlacedSurface& placed : surfaces_in(*scene, header, increment)) {

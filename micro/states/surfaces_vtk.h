@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "micro/rigid/surface.h"
-#include "micro/states/snapshot.h"
+#include "micro/states/cell_copies.h"
 
 namespace trame::micro {
 
@@ -32,7 +32,9 @@ struct PlacedSurface {
 /// Box of all nodes, wider by the largest radius.
 [[nodiscard]] Eigen::AlignedBox3d extent_of(const FiberMesh& mesh, const FiberConfiguration& fibers);
 
-/// Writes the surfaces of every increment of a state file, where there are any. Throws InputError or WriteError.
-void write_surfaces_vtk(const SnapshotReader& states, const std::filesystem::path& folder);
+/// Writes the surfaces of every increment of a state file, where there are any, as far as `copies` of a cell reach.
+/// Throws InputError or WriteError.
+void write_surfaces_vtk(const SnapshotReader& states, const std::filesystem::path& folder,
+                        const Copies& copies = one_cell);
 
 }  // namespace trame::micro

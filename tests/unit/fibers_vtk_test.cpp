@@ -145,7 +145,7 @@ TEST_F(FibersVtk, EveryIncrementReadsBack) {
 
 TEST_F(FibersVtk, SeriesListsWhatIsWrittenSoFar) {
   const SnapshotReader states(folder_ / "states.h5");
-  FibersVtkWriter writer(states.header().mesh, states.read_fibers(0).r, folder_ / "stream");
+  FibersVtkWriter writer(states.header(), states.read(0), folder_ / "stream");
   writer.append(0, states.read(0));
   writer.append(2, states.read(2));
   std::ifstream stream(folder_ / "stream/fibers.pvd");

@@ -58,11 +58,15 @@ std::optional<Options> parse_command_line(int argc, const char* const* argv, con
   // The study knows the scene as it is, from its start.
   resume->excludes(overwrite)->excludes(start_from);
   accuracy->excludes(settings)->excludes(alpha)->excludes(start_from);
+  std::string copies;
+  app.add_option("--copies", copies,
+                 "Copies of a periodic cell in the VTK files, along warp and weft, such as 2x2 [1x1]");
   app.add_flag("--check", options.check, "Check the scene, say what would be simulated, and stop");
   auto* print_schema = app.add_flag("--print-schema", options.print_schema, "Print every key of a scene, and stop");
   app.add_flag("-v,--verbose", options.verbose, "Print the residual of every Newton iteration");
   if (!parse_arguments(app, argc, argv)) return std::nullopt;
   if (scene->empty() && print_schema->empty()) throw InputError("SCENE is required (--help explains the options)");
+  if (!copies.empty()) options.copies = micro::parse_copies(copies);
   return options;
 }
 

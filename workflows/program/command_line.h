@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "micro/states/cell_copies.h"
+
 namespace trame::workflows {
 
 struct Options {
@@ -16,9 +18,10 @@ struct Options {
   int n_threads = 0;            ///< 0: all cores
   std::optional<double> alpha;  ///< weft strain over warp strain
   std::string accuracy;         ///< "1%": take the cheapest settings that held it in the scene's study; empty: none
-  std::vector<std::string> settings;  ///< knob=value, changes of the scene
-  std::string start_from;             ///< state file of another run; empty: the scene's own start
-  std::string after;                  ///< stage at whose end to start
+  std::vector<std::string> settings;       ///< knob=value, changes of the scene
+  std::string start_from;                  ///< state file of another run; empty: the scene's own start
+  std::string after;                       ///< stage at whose end to start
+  micro::Copies copies = micro::one_cell;  ///< of a periodic cell, in VTK files
 };
 
 /// Reads the command line; nothing where it asked for help or the version, which are then printed. Throws InputError.

@@ -33,11 +33,12 @@ using trame::meso::Comparison;
 using trame::meso::FiberStates;
 using trame::meso::MeshKind;
 using trame::meso::YarnComparer;
+using trame::micro::Copies;
 using namespace trame::workflows;
 
 struct Arguments {
   std::vector<fs::path> states;
-  std::string from = "0", to = "last", mesh = "delaunay";
+  std::string from = "0", to = "last", mesh = "delaunay", copies = "1x1";
   trame::meso::ComparisonSettings settings;
   fs::path out;
   bool list = false, every = false, overwrite = false, no_report = false;
@@ -66,6 +67,9 @@ void define(CLI::App& app, Arguments& arguments) {
   app.add_option("--mesh", arguments.mesh, "How yarns are meshed")
       ->check(CLI::IsMember({"delaunay", "swept", "both"}))
       ->type_name("delaunay|swept|both")
+      ->capture_default_str();
+  app.add_option("--copies", arguments.copies,
+                 "Copies of a periodic cell in yarns.pvd, along warp and weft, such as 2x2")
       ->capture_default_str();
   app.add_option("--out", arguments.out, "Folder for the results; default: strains, beside the state file");
   app.add_option("--threads", arguments.settings.n_threads, "Number of threads; 0: all cores")
@@ -135,7 +139,7 @@ std::vector<fs::path> mesh_folders(const Arguments& arguments) {
 }
 
 /// Strains of all states for ParaView and strains.csv, and everything of the last one.
-Comparison compare_states(const YarnComparer& comparer, const Arguments& arguments, Index a,
+Comparison compare_states(const YarnComparer& comparer, const Arguments& arguments, const Copies& copies, Index a,
                           const std::vector<Index>& to) {
   const std::vector<fs::path> folders = mesh_folders(arguments);
   std::vector<StrainsCsv> tables;  // no file before the first state is compared
@@ -145,8 +149,9 @@ Comparison compare_states(const YarnComparer& comparer, const Arguments& argumen
         tables.emplace_back(folder / "strains.csv", comparer.states().header().mesh.yarns);
     for (std::size_t m = 0; m < tables.size(); ++m) tables[m].append(strains.meshes[m].summaries);
   };
-  std::vector<Comparison> comparisons =
-      follow(comparer, {.from = a, .to = to, .compare = {to.back()}, .vtk_folders = folders, .on_state = append});
+  std::vector<Comparison> comparisons = follow(
+      comparer,
+      {.from = a, .to = to, .compare = {to.back()}, .vtk_folders = folders, .copies = copies, .on_state = append});
   return std::move(comparisons.back());
 }
 
@@ -202,12 +207,14 @@ void run(Arguments& arguments) {
   if (arguments.out.empty()) arguments.out = fs::absolute(arguments.states[0]).parent_path() / "strains";
   // What is wrong with the choice or the reference state is said before anything is removed.
   (void)trame::meso::choose_yarns(states.header().mesh.yarns, arguments.settings.yarns);
+  const Copies copies = trame::micro::parse_copies(arguments.copies);
+  trame::micro::check_copies(copies, trame::micro::is_periodic(periods_of(states.header(), states.read(a))));
   check_out(arguments.out, arguments.overwrite);
   const YarnComparer comparer(states, arguments.settings);
   const FolderLock lock = make_folder(arguments.out);
   for (const fs::path& folder : {arguments.out, arguments.out / "delaunay", arguments.out / "swept"})
     remove_earlier_results(folder);
-  const Comparison comparison = compare_states(comparer, arguments, a, to);
+  const Comparison comparison = compare_states(comparer, arguments, copies, a, to);
   const std::vector<trame::micro::Yarn>& yarns = states.header().mesh.yarns;
   write_tables(arguments, yarns, comparison);
   const std::string lacks = arguments.no_report ? "" : report(states, arguments, comparison);
