@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -24,11 +25,12 @@ namespace {
 namespace fs = std::filesystem;
 using namespace trame::workflows;
 using trame::InputError;
+using trame::micro::Copies;
 using trame::micro::SnapshotReader;
 
 struct Arguments {
   fs::path states, out;
-  std::string increment = "last", view = "perspective", at = "x=0um";
+  std::string increment = "last", view = "perspective", at = "x=0um", copies;
   int width = PictureOptions{}.width;
   /// View, increment, width and file of each.
   std::vector<std::tuple<std::string, std::string, int, fs::path>> pictures;
@@ -53,6 +55,10 @@ void define(CLI::App& app, Arguments& arguments) {
       ->type_name("perspective|top|cut")
       ->capture_default_str();
   app.add_option("--at", arguments.at, "Plane of the cut, such as x=0um or y=-65um")->capture_default_str();
+  app.add_option(
+      "--copies", arguments.copies,
+      "Copies of a periodic cell, along warp and weft [2x2; where yarns have ends one way, 3 along the other];\n"
+      "a thin line goes around the cell itself");
   app.add_option("--width", arguments.width, "Width of the picture, pixels; the height follows")
       ->check(CLI::Range(200, 6000))
       ->capture_default_str();
@@ -110,20 +116,23 @@ void run(const Arguments& arguments) {
   if (arguments.pictures.empty() && arguments.out.empty()) throw InputError("--out: a picture to write is required");
   if (arguments.pictures.empty()) check_out("--out", arguments.out);
   for (const auto& picture : arguments.pictures) check_out("--picture", std::get<3>(picture));
+  std::optional<Copies> copies;
+  if (!arguments.copies.empty()) copies = trame::micro::parse_copies(arguments.copies);
   probe(arguments.states, [&] {
     const SnapshotReader states(arguments.states);
     for (const Task& task : tasks_of(arguments, states))
-      (void)surfaces_of(states.header(), states.read(task.increment));
+      (void)patch_of(states.header(), states.read(task.increment), copies);
   });
   const SnapshotReader states(arguments.states);
   const std::vector<Task> tasks = tasks_of(arguments, states);
+  if (copies)
+    trame::micro::check_copies(*copies, trame::micro::is_periodic(periods_of(states.header(), states.read(0))));
   // VTK would end the process.
   if (!display_answers())
     throw InputError(
         "no X server answers at DISPLAY, and VTK draws through X11 only; run: xvfb-run -a render_patch ...");
   for (const Task& task : tasks) {
-    const trame::micro::Increment state = states.read(task.increment);
-    write_picture(states.header().mesh, state.fibers, surfaces_of(states.header(), state), task.options, task.file);
+    write_picture(patch_of(states.header(), states.read(task.increment), copies), task.options, task.file);
     fmt::print("Increment {}: {}\n", task.increment, task.file.string());
   }
 }

@@ -11,9 +11,11 @@
 #include <cstdlib>
 
 #include "support/lattice_yarns.h"
+#include "support/plain_cell_states.h"
 #include "support/process.h"
 #include "support/temporary_folder.h"
 #include "support/text_file.h"
+#include "workflows/picture/continued_cell.h"
 #include "workflows/picture/patch_shapes.h"
 #include "workflows/picture/picture_frame.h"
 
@@ -84,6 +86,64 @@ TEST(FiberColours, TellFamiliesAndNeighboursApart) {
     EXPECT_GT((colours[f] - colours[2 * n + f]).norm(), 0.1);  // neighbouring warp yarns
   }
   for (Index f = 1; f < n; ++f) EXPECT_GT((colours[f] - colours[f - 1]).norm(), 0.02);
+}
+
+ContinuedCell continued(const micro::test::PlainCell& cell, const micro::Copies& copies) {
+  return continued_cell(cell.header().mesh, cell.state().fibers, cell.periods, copies);
+}
+
+TEST(ContinuedCell, HasFibersWithoutSeams) {
+  const auto cell = micro::test::sheared_cell();
+  const auto [mesh, fibers] = continued(cell, {2, 3});
+  ASSERT_EQ(mesh.n_fibers(), 3 * 2 + 2 * 2);
+  for (Index f = 0; f < mesh.n_fibers(); ++f) {
+    const bool is_warp = mesh.yarns[mesh.yarn_of_fiber[f]].family == micro::YarnFamily::warp;
+    const Index n = is_warp ? 2 : 3, first = mesh.first_node[f], last = mesh.first_node[f + 1] - 1;
+    EXPECT_EQ(mesh.n_nodes(f), n * 2 * cell.n_elements + 1);
+    EXPECT_LT((fibers.r[last] - fibers.r[first] - n * *cell.periods[is_warp ? 0 : 1]).norm(), 1e-18);
+    EXPECT_NEAR(mesh.arc_length[last], n * 400e-6, 1e-15);
+    for (Index i = first; i < last; ++i) {
+      EXPECT_GT(mesh.arc_length[i + 1], mesh.arc_length[i]);
+      EXPECT_LT((fibers.r[i + 1] - fibers.r[i]).norm(), 40e-6);
+    }
+  }
+}
+
+TEST(ContinuedCell, OfAStripHasEndsAcross) {
+  const auto [mesh, fibers] = continued(micro::test::strip(), {3, 1});
+  ASSERT_EQ(mesh.n_fibers(), 2 + 3 * 2);
+  const auto [low, high] =
+      std::minmax_element(fibers.r.begin(), fibers.r.end(), [](const Vec3& p, const Vec3& q) { return p.x() < q.x(); });
+  EXPECT_NEAR(low->x(), -600e-6, 1e-15);  // the cell is the middle one
+  EXPECT_NEAR(high->x(), 600e-6, 1e-15);
+}
+
+TEST(ContinuedCell, IsCutWithItsNeighbours) {
+  const micro::test::PlainCell cell;
+  const auto [mesh, fibers] = continued(cell, {2, 2});
+  const auto n_sections = [](const CutPatch& cut) { return cut.outlines->GetNumberOfLines(); };
+  EXPECT_EQ(n_sections(cut_patch(cell.header().mesh, cell.state().fibers, {0, 0})), 2);
+  EXPECT_EQ(n_sections(cut_patch(mesh, fibers, {0, 0})), 4);
+  EXPECT_EQ(n_sections(cut_patch(mesh, fibers, {0, 400e-6})), 4) << "in the next copy";
+}
+
+TEST(CellOutline, IsTheParallelogramOfThePeriods) {
+  const auto cell = micro::test::sheared_cell();
+  const auto outline = cell_outline(cell.header().mesh, cell.state().fibers, cell.periods);
+  ASSERT_TRUE(outline);
+  const Vec3 a = *cell.periods[0], b = *cell.periods[1];
+  const std::array<Vec3, 4> expected = {-0.5 * a - 0.5 * b, 0.5 * a - 0.5 * b, 0.5 * a + 0.5 * b, -0.5 * a + 0.5 * b};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_LT(((*outline)[i] - expected[i]).norm(), 1e-15) << i;
+}
+
+TEST(CellOutline, OfAStripReachesFromEdgeToEdge) {
+  const auto cell = micro::test::strip();
+  const auto outline = cell_outline(cell.header().mesh, cell.state().fibers, cell.periods);
+  ASSERT_TRUE(outline);
+  EXPECT_LT(((*outline)[0] - Vec3(-200e-6, -220e-6, 0)).norm(), 1e-15);
+  EXPECT_LT(((*outline)[2] - Vec3(200e-6, 220e-6, 0)).norm(), 1e-15);
+  const LatticeYarns yarns;
+  EXPECT_FALSE(cell_outline(yarns.mesh(), yarns.configuration(), {}));
 }
 
 /// Where a point appears, in pixels from the left and the upper edge, by the textbook's pinhole camera.
@@ -186,6 +246,15 @@ TEST_F(RenderPatch, NamesTheOptionThatIsWrong) {
   }
 }
 
+TEST_F(RenderPatch, RefusesCopiesOfWhatIsNotPeriodic) {
+  for (const char* copies : {"2x2", "1x3", "much"}) {
+    const Outcome outcome = render({"--out", "a.png", "--copies", copies});
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_NE(outcome.err.find(std::string("--copies ") + copies), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("X server"), std::string::npos) << outcome.err;
+  }
+}
+
 struct Pixels {
   int n_coloured = 0, left = 1 << 30, right = -1;  ///< of those that are neither grey nor white
   int longest_dark_run = 0;                        ///< in a row, of the scale bar's grey
@@ -232,6 +301,35 @@ TEST_F(RenderPatch, DrawsTheOtherViews) {
     EXPECT_NEAR(pixels.left, 10, 2) << view;  // margins of 2.5 %
     EXPECT_NEAR(pixels.right, 389, 2) << view;
   }
+}
+
+/// Width over which a cell's picture is coloured, and length of the line around it, in pixels.
+class RenderCell : public RenderPatch {
+ protected:
+  std::array<int, 2> widths(const micro::test::PlainCell& cell, std::vector<std::string> arguments) {
+    std::filesystem::remove(folder_ / "states.h5");
+    micro::SnapshotWriter(folder_ / "states.h5", cell.header()).append(cell.state());
+    arguments.insert(arguments.end(), {"--view", "top", "--width", "1000", "--out", "cell.png"});
+    const Outcome outcome = render_in_xvfb(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+    const Pixels pixels = look_at(folder_ / "cell.png");
+    return {pixels.right - pixels.left + 1, pixels.longest_dark_run};
+  }
+};
+
+TEST_F(RenderCell, DrawsCopiesAndALineAroundTheCell) {
+  if (std::system("command -v xvfb-run >/dev/null") != 0) GTEST_SKIP() << "needs xvfb-run";
+  const auto expect = [](const std::array<int, 2>& widths, double all, double cell) {
+    EXPECT_NEAR(widths[0], all, 6);
+    EXPECT_NEAR(widths[1], cell, 6);
+  };
+  // What is seen takes 950 of 1000 pixels; scale bars are below 200.
+  expect(widths({}, {}), 950, 950 / 2.);
+  expect(widths({}, {"--copies", "1x1"}), 950, 950);
+  expect(widths(micro::test::strip(), {}), 950, 950 / 3.);
+  // The cell begins at -275 µm, its fibers at -242.5 µm, and those of the copies end at 792.5 µm.
+  const double pixel = (792.5 + 275) / 950;
+  expect(widths(micro::test::sheared_cell(), {}), (792.5 + 242.5) / pixel, 420 / pixel);
 }
 
 /// Needs ParaView, which does not install beside VTK's headers on Debian 12: data/paraview/README.md.

@@ -27,10 +27,13 @@
 #include <vtkWindowToImageFilter.h>
 #include <vtk_glew.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "micro/core/whole_file.h"
+#include "workflows/picture/continued_cell.h"
 #include "workflows/picture/picture_frame.h"
 
 namespace trame::workflows {
@@ -194,41 +197,115 @@ double mean_radius(const micro::FiberMesh& mesh) {
   return sum / mesh.n_fibers() / micrometre;
 }
 
-/// Adds what the view shows and returns its frame.
-Frame add_patch(vtkRenderer* renderer, const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers,
-                const std::vector<micro::PlacedSurface>& surfaces, const PictureOptions& options) {
-  const Eigen::AlignedBox3d around = micro::extent_of(mesh, fibers);
-  if (options.view == View::cut) {
-    const CutPatch patch = cut_patch(mesh, fibers, options.cut);
-    const Vec3 backward = -view_direction(options.cut);
-    const double step = 1e-2 * mean_radius(mesh);
-    add_tubes(renderer, patch.behind, 0.55);
-    add_flat(renderer, patch.faces, step * backward);
-    add_flat(renderer, patch.outlines, 2 * step * backward);
-    add_flat(renderer, surface_outlines(surfaces, around, options.cut), 2 * step * backward);
-    return fit_frame(points_of({patch.behind, patch.faces}), backward, Vec3::UnitZ(), true, options.width);
+/// A closed line around the cell, µm: above all fibers where they are seen from above, and around what a cut meets of
+/// the cell, if anything.
+std::vector<Vec3> cell_line(const std::array<Vec3, 4>& cell, const PictureOptions& options, double bottom, double top) {
+  std::vector<Vec3> line;
+  if (options.view != View::cut) {
+    for (const Vec3& corner : cell) line.emplace_back(corner.x() / micrometre, corner.y() / micrometre, top);
+    return line;
   }
-  const auto tubes = fiber_tubes(mesh, fibers);
+  const int axis = options.cut.axis, along = 1 - axis;
+  std::vector<double> sides;
+  for (std::size_t i = 0; i < cell.size(); ++i) {
+    const Vec3 &a = cell[i], &b = cell[(i + 1) % cell.size()];
+    const double before = a[axis] - options.cut.position, after = b[axis] - options.cut.position;
+    if ((before < 0) != (after < 0)) sides.push_back((a + before / (before - after) * (b - a))[along] / micrometre);
+  }
+  if (sides.size() != 2) return {};
+  Vec3 corner = options.cut.position / micrometre * Vec3::Unit(axis);
+  for (const Vec2& xz : {Vec2(sides[0], bottom), Vec2(sides[1], bottom), Vec2(sides[1], top), Vec2(sides[0], top)}) {
+    corner[along] = xz.x();
+    corner.z() = xz.y();
+    line.push_back(corner);
+  }
+  return line;
+}
+
+void add_closed_line(vtkRenderer* renderer, const std::vector<Vec3>& corners, const Vec3& colour, double n_pixels) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> lines;
+  lines->InsertNextCell(static_cast<vtkIdType>(corners.size() + 1));
+  for (const Vec3& corner : corners) lines->InsertCellPoint(points->InsertNextPoint(corner.data()));
+  lines->InsertCellPoint(0);
+  vtkNew<vtkPolyData> loop;
+  loop->SetPoints(points);
+  loop->SetLines(lines);
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(loop);
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->LightingOff();
+  actor->GetProperty()->SetColor(colour.x(), colour.y(), colour.z());
+  actor->GetProperty()->SetLineWidth(static_cast<float>(n_pixels * oversampling));
+  renderer->AddActor(actor);
+}
+
+/// What is seen, and around what.
+struct Seen {
+  std::vector<Vec3> points;  ///< µm
+  Vec3 backward, up;
+  bool parallel = true;
+};
+
+/// Adds the fibers and surfaces that the view shows.
+Seen add_patch(vtkRenderer* renderer, const Patch& patch, const PictureOptions& options) {
+  const Eigen::AlignedBox3d around = micro::extent_of(patch.mesh, patch.fibers);
+  if (options.view == View::cut) {
+    const CutPatch cut = cut_patch(patch.mesh, patch.fibers, options.cut);
+    const Vec3 backward = -view_direction(options.cut);
+    const double step = 1e-2 * mean_radius(patch.mesh);
+    add_tubes(renderer, cut.behind, 0.55);
+    add_flat(renderer, cut.faces, step * backward);
+    add_flat(renderer, cut.outlines, 2 * step * backward);
+    add_flat(renderer, surface_outlines(patch.surfaces, around, options.cut), 2 * step * backward);
+    return {points_of({cut.behind, cut.faces}), backward, Vec3::UnitZ(), true};
+  }
+  const auto tubes = fiber_tubes(patch.mesh, patch.fibers);
   add_tubes(renderer, tubes, 0.28);
-  add_tubes(renderer, surface_shapes(surfaces, around), 0.28);
+  add_tubes(renderer, surface_shapes(patch.surfaces, around), 0.28);
   const bool top = options.view == View::top;
-  const Vec3 backward = top ? Vec3::UnitZ() : Vec3(-0.45, -0.9, 0.85);
-  return fit_frame(points_of({tubes}), backward, top ? Vec3::UnitY() : Vec3::UnitZ(), top, options.width);
+  return {points_of({tubes}), top ? Vec3::UnitZ() : Vec3(-0.45, -0.9, 0.85), top ? Vec3::UnitY() : Vec3::UnitZ(), top};
+}
+
+/// Adds the line around the cell, which then is among what is seen.
+void add_cell(vtkRenderer* renderer, const Patch& patch, const PictureOptions& options, Seen& seen) {
+  if (!patch.cell) return;
+  const auto [low, high] = std::minmax_element(seen.points.begin(), seen.points.end(),
+                                               [](const Vec3& p, const Vec3& q) { return p.z() < q.z(); });
+  const double gap = mean_radius(patch.mesh);
+  const std::vector<Vec3> line = cell_line(*patch.cell, options, low->z() - gap, high->z() + gap);
+  if (line.empty()) return;
+  add_closed_line(renderer, line, Vec3::Ones(), 3.5);  // sets it off from dark fibers
+  add_closed_line(renderer, line, ink, 1.5);
+  seen.points.insert(seen.points.end(), line.begin(), line.end());
 }
 
 }  // namespace
 
-void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration& fibers,
-                   const std::vector<micro::PlacedSurface>& surfaces, const PictureOptions& options,
-                   const std::filesystem::path& file) {
-  vtkNew<vtkRenderer> patch, notes;
-  const Frame frame = add_patch(patch, mesh, fibers, surfaces, options);
-  patch->SetBackground(1, 1, 1);
-  set_camera(patch, frame);
-  add_light(patch, Vec3(-0.4, 0.6, 1), 0.78);
-  add_light(patch, Vec3(0.5, -0.5, 1), 0.35);
-  add_ambient_occlusion(patch, 4 * mean_radius(mesh));
+Patch patch_of(const micro::SnapshotHeader& header, const micro::Increment& state,
+               const std::optional<micro::Copies>& copies) {
+  const micro::Periods periods = micro::periods_of(header, state);
+  const std::array<bool, 2> is_periodic = micro::is_periodic(periods);
+  if (copies) micro::check_copies(*copies, is_periodic);
+  ContinuedCell drawn =
+      continued_cell(header.mesh, state.fibers, periods, copies ? *copies : micro::copies_to_show(is_periodic));
+  return {std::move(drawn.mesh), std::move(drawn.fibers), micro::surfaces_of(header, state),
+          cell_outline(header.mesh, state.fibers, periods)};
+}
+
+void write_picture(const Patch& patch, const PictureOptions& options, const std::filesystem::path& file) {
+  vtkNew<vtkRenderer> fibers, notes;
+  Seen seen = add_patch(fibers, patch, options);
+  add_cell(notes, patch, options, seen);
+  const Frame frame = fit_frame(seen.points, seen.backward, seen.up, seen.parallel, options.width);
+  fibers->SetBackground(1, 1, 1);
+  set_camera(fibers, frame);
+  add_light(fibers, Vec3(-0.4, 0.6, 1), 0.78);
+  add_light(fibers, Vec3(0.5, -0.5, 1), 0.35);
+  add_ambient_occlusion(fibers, 4 * mean_radius(patch.mesh));
   notes->SetLayer(1);  // on its own, so that no shadow falls on it
+  set_camera(notes, frame);
   add_scale_bar(notes, frame);
 
   vtkNew<vtkRenderWindow> window;
@@ -236,7 +313,7 @@ void write_picture(const micro::FiberMesh& mesh, const micro::FiberConfiguration
   window->SetMultiSamples(0);
   window->SetNumberOfLayers(2);
   window->SetSize(oversampling * frame.width, oversampling * frame.height);
-  window->AddRenderer(patch);
+  window->AddRenderer(fibers);
   window->AddRenderer(notes);
   window->Render();
   write_png(window, file);

@@ -53,6 +53,7 @@ Chapter patch_chapter(const PatchPictures& patch, const micro::FiberMesh& mesh) 
                                           {"what", what},
                                           {"why", patch.missing},
                                           {"pictures", pictures},
+                                          {"cell", patch.of_cell},
                                           {"weave", has_weave(mesh)}})};
 }
 
@@ -132,7 +133,7 @@ std::string write_report(const ReportInput& input) {
   for (const meso::Comparison* comparison : input.comparisons)
     data.push_back(report_data(header, scene, *comparison, detailed));
   const ReportData& last = data.back();
-  PatchPictures patch{{}, "they were not asked for"};
+  PatchPictures patch{{}, "they were not asked for", false};
   if (input.draw_patch) patch = patch_pictures(input.states, last.comparison.pair.to, last.name_b());
   const std::string unfinished = what_is_missing(scene, input.states.read(input.states.n_increments() - 1));
   if (!unfinished.empty()) summary.warnings.insert(summary.warnings.begin(), unfinished);

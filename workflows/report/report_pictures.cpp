@@ -11,6 +11,8 @@
 #include <string_view>
 #include <utility>
 
+#include "micro/scene/weave.h"
+#include "micro/states/cell_copies.h"
 #include "workflows/program/child_process.h"
 #include "workflows/program/temporary_folder.h"
 #include "workflows/report/html.h"
@@ -40,16 +42,30 @@ Command joined(Command first, const Command& second) {
   return first;
 }
 
-/// The two states alone, in a file that render_patch reads whatever the states come from.
+/// The numbers of the bodies that are periods of a cell.
+std::vector<std::size_t> periods_among(const std::vector<std::string>& body_names) {
+  std::vector<std::size_t> periods;
+  for (std::size_t b = 0; b < body_names.size(); ++b)
+    if (micro::is_period(body_names[b])) periods.push_back(b);
+  return periods;
+}
+
+/// The two states alone, fibers and periods, in a file that render_patch reads whatever the states come from.
 void write_states(const meso::FiberStates& states, Index state, const fs::path& file) {
   micro::SnapshotHeader header = states.header();
+  const std::vector<std::size_t> periods = periods_among(header.body_names);
   header.body_names.clear();
+  for (const std::size_t b : periods) header.body_names.push_back(states.header().body_names[b]);
   micro::SnapshotWriter writer(file, header);
   for (const Index i : {Index(0), state}) {
     const micro::Increment all = states.read(i);
     micro::Increment shape;
     shape.stage = all.stage;
     shape.fibers = all.fibers;
+    for (const std::size_t b : periods) shape.bodies.position.push_back(all.bodies.position.at(b));
+    shape.bodies.rotation.assign(periods.size(), Mat3::Identity());
+    for (auto* vectors : {&shape.bodies.force, &shape.bodies.moment, &shape.bodies.motion, &shape.bodies.turn})
+      vectors->assign(periods.size(), Vec3::Zero());
     writer.append(shape);
   }
 }
@@ -102,14 +118,17 @@ std::string why_not() {
 PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const std::string& name) {
   const micro::FiberMesh& mesh = states.header().mesh;
   if (!std::all_of(mesh.radius.begin(), mesh.radius.end(), [](double r) { return r > 0; }))
-    return {{}, "the radii of the fibers are not known"};
+    return {{}, "the radii of the fibers are not known", false};
   const TemporaryFolder folder;
   write_states(states, state, folder.path() / "states.h5");
-  const std::vector<Vec3> r = states.read(state).fibers.r;
+  const micro::Increment shown = states.read(state);
+  const std::vector<Vec3>& r = shown.fibers.r;
   const micro::Yarn& along = yarn_to_cut(mesh, r);
   // All from one process, which starts VTK, and where need be an X server, but once.
   Command render = {(program_folder() / "render_patch").string(), "states.h5", "--at", plane_along(mesh, along, r)};
   PatchPictures result;
+  const auto [along_warp, along_weft] = micro::is_periodic(micro::periods_of(states.header(), shown));
+  result.of_cell = along_warp || along_weft;
   for (const auto& [view, what] : views)
     for (const auto& [increment, which] : {std::pair<const char*, std::string>{"0", "reference"}, {"1", name}}) {
       if (state == 0 && *increment == '1') continue;
@@ -122,7 +141,7 @@ PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const
   const char* display = std::getenv("DISPLAY");
   const bool drawn = (display != nullptr && *display != '\0' && run_quietly(folder.path(), render)) ||
                      run_quietly(folder.path(), joined(own_server(folder.path()), render));
-  if (!drawn) return {{}, why_not()};
+  if (!drawn) return {{}, why_not(), false};
   for (ReportPicture& picture : result.pictures) picture.png = bytes_of(folder.path() / picture.png);
   return result;
 }

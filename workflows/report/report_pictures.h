@@ -18,11 +18,12 @@ struct ReportPicture {
 
 struct PatchPictures {
   std::vector<ReportPicture> pictures;
-  std::string missing;  ///< why there are none; empty where there are
+  std::string missing;   ///< why there are none; empty where there are
+  bool of_cell = false;  ///< copies of a periodic cell
 };
 
 /// The reference state and another one, each in perspective, from above and cut open along a yarn: the middle warp yarn
-/// of a weave, else the one that reaches farthest. There must be a yarn.
+/// of a weave, else the one that reaches farthest. There must be a yarn. Of a periodic cell, several copies.
 /// `name`: of that state in captions, HTML. On the X server of DISPLAY where one answers, else on one that xvfb-run
 /// starts.
 [[nodiscard]] PatchPictures patch_pictures(const meso::FiberStates& states, Index state, const std::string& name);
