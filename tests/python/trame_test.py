@@ -214,6 +214,64 @@ class Sides(unittest.TestCase):
             self.assertAlmostEqual(run.states()["side_warp_strain"].iloc[-1], 0.01, places=8)
 
 
+def cell(periodic=True):
+    """A periodic plain weave of single fibers that do not touch, sheared where it is periodic both ways."""
+    yarns = {"fiber_type": "f", "yarns": 2, "fibers": 1, "elements": 2, "yarn_spacing": "0.5 mm"}
+    drives = [{"bodies": "cell/weft", "dof": "x", "strain": 0.2}] if periodic is True else []
+    return {**{key: strand()[key] for key in ("material", "fiber_type")},
+            "weave": {"pattern": "plain", "periodic": periodic, "warp": yarns, "weft": yarns},
+            "effects": {"contact": "none"}, "stage": [{"name": "load", "increments": 1, "drive": [
+                {"bodies": "cell/warp", "dof": "x", "strain": 0.01}, *drives]}]}
+
+
+class Copies(unittest.TestCase):
+    def test_are_displaced_by_the_periods_of_a_sheared_cell(self):
+        with tempfile.TemporaryDirectory() as folder, \
+                trame.run_scene(cell(), folder, threads=1, arguments=["--copies", "2x3"]) as run:
+            a, b = run.periods()
+            np.testing.assert_allclose(a, [1.01e-3, 0, 0], atol=1e-9)
+            np.testing.assert_allclose(b, [0.2e-3, 1e-3, 0], atol=1e-9)
+            np.testing.assert_allclose(run.periods(0), [[1e-3, 0, 0], [0, 1e-3, 0]], atol=1e-12)
+            copies, fibers = run.copies((2, 3)), run.fibers()
+            self.assertEqual([fiber.copy for fiber in copies[::4]], [(0, -1), (1, -1), (0, 0), (1, 0), (0, 1), (1, 1)])
+            for k, fiber in enumerate(copies):
+                np.testing.assert_array_equal(fiber.r, fibers[k % 4].r + (fiber.copy[0] * a + fiber.copy[1] * b))
+                self.assertEqual(fiber.index, k % 4)
+            self.assertEqual([fiber.copy for fiber in run.copies((3, 1), "weft/2")], [(-1, 0), (0, 0), (1, 0)])
+            np.testing.assert_allclose(copies[0].r[-1], copies[4].r[0], atol=1e-15)  # the warp goes on
+            self.assertEqual(run.copies((1, 1))[0].copy, (0, 0))
+            with self.assertRaisesRegex(ValueError, "1 or more"):
+                run.copies((0, 1))
+            self.assert_in_vtk(run, copies)
+
+    def assert_in_vtk(self, run, copies):
+        from vtkmodules.vtkIOXML import vtkXMLPolyDataReader
+        reader = vtkXMLPolyDataReader()
+        reader.SetFileName(str(sorted((run.folder / "vtk").glob("fibers_*.vtp"))[-1]))
+        reader.Update()
+        data = reader.GetOutput()
+        self.assertEqual(data.GetNumberOfCells(), len(copies))
+        np.testing.assert_array_equal([data.GetPoint(n) for n in range(data.GetNumberOfPoints())],
+                                      np.concatenate([fiber.r for fiber in copies]))
+        numbers = data.GetCellData().GetArray("copy")
+        self.assertEqual([numbers.GetTuple2(k) for k in range(len(copies))], [fiber.copy for fiber in copies])
+
+    def test_of_a_strip_go_one_way(self):
+        with tempfile.TemporaryDirectory() as folder, trame.run_scene(cell("warp"), folder, threads=1) as run:
+            self.assertIsNone(run.periods()[1])
+            self.assertEqual(len(run.copies((3, 1))), 12)
+            with self.assertRaisesRegex(ValueError, "not periodic along its weft"):
+                run.copies((1, 2))
+
+    def test_of_what_is_not_periodic_are_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with self.assertRaisesRegex(trame.ProgramFailed, "exit code 2\n.*--copies 2x2: .*periodic"):
+                trame.run_scene(strand(), folder, arguments=["--copies", "2x2"])
+            with self.assertRaisesRegex(trame.ProgramFailed, "exit code 2\n.*--copies 2x2: .*end with x1"):
+                trame.run_scene(cell("warp"), folder, arguments=["--copies", "2x2"])
+            self.assertFalse((Path(folder) / "states.h5").exists(), "refused before anything is simulated")
+
+
 class Studies(unittest.TestCase):
     def test_all_combinations_and_no_end_with_one_that_fails(self):
         scene = strand()

@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import h5py
@@ -26,6 +26,7 @@ class Fiber:
     tangent: np.ndarray  # dr/ds
     g1: np.ndarray  # section vectors
     g2: np.ndarray
+    copy: tuple[int, int] = (0, 0)  # of a periodic cell: displaced by so many periods
 
 
 def open_run(path):
@@ -160,6 +161,27 @@ class Run:
         return [Fiber(f, float(radius[f]), arc[n], *(arrays[a][n] for a in ("r", "tangent", "g1", "g2")))
                 for f, n in zip(which, nodes)]
 
+    def periods(self, state=-1):
+        """Period vectors (m) of a periodic cell along its warp and along its weft; None along yarns that have ends."""
+        weave = self.scene().get("weave", {})
+        periodic, i = weave.get("periodic", False), self.state(state)
+        return tuple(self._file["bodies/position"][i][self.body_names.index(f"cell/{family}")]
+                     if periodic is True or periodic == family else None for family in families[:2])
+
+    def copies(self, n=(2, 2), yarn=None, state=-1):
+        """The fibers of a yarn, or all, of n[0] times n[1] copies of a periodic cell, along its warp and along its weft:
+        copy (i, j) is displaced by i and j periods of that state. (0, 0) is the cell itself, the first of two copies,
+        the middle one of three, as in `vtk/fibers.pvd`."""
+        periods, fibers = self.periods(state), self.fibers(yarn, state)
+        for count, period, family in zip(n, periods, families):
+            if count < 1:
+                raise ValueError(f"copies {n}: must be 1 or more along both")
+            if count > 1 and period is None:
+                raise ValueError(f"copies {n}: the weave is not periodic along its {family}")
+        vectors = [np.zeros(3) if period is None else period for period in periods]
+        return [replace(fiber, r=fiber.r + (i * vectors[0] + j * vectors[1]), copy=(i, j))
+                for j in _numbers(n[1]) for i in _numbers(n[0]) for fiber in fibers]
+
     def _fibers_of(self, yarn):
         if isinstance(yarn, str):
             if yarn not in self.yarn_names:
@@ -223,6 +245,11 @@ class Run:
                 offset = crossing - point
                 rows.append((fiber.index, offset.dot(across), offset.dot(up), fiber.radius, *crossing))
         return pd.DataFrame(rows, columns=["fiber", "across", "up", "radius", "x", "y", "z"])
+
+
+def _numbers(count):
+    """Of copies along a period: around 0."""
+    return range(-((count - 1) // 2), count // 2 + 1)
 
 
 def _resampled(r, n):
