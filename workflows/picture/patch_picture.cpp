@@ -197,12 +197,13 @@ double mean_radius(const micro::FiberMesh& mesh) {
   return sum / mesh.n_fibers() / micrometre;
 }
 
-/// A closed line around the cell, µm: above all fibers where they are seen from above, and around what a cut meets of
-/// the cell, if anything.
+/// A closed line around the cell, µm: at the fibers' middle height where they are seen from above, and around what a
+/// cut meets of the cell, if anything.
 std::vector<Vec3> cell_line(const std::array<Vec3, 4>& cell, const PictureOptions& options, double bottom, double top) {
   std::vector<Vec3> line;
   if (options.view != View::cut) {
-    for (const Vec3& corner : cell) line.emplace_back(corner.x() / micrometre, corner.y() / micrometre, top);
+    for (const Vec3& corner : cell)
+      line.emplace_back(corner.x() / micrometre, corner.y() / micrometre, 0.5 * (bottom + top));
     return line;
   }
   const int axis = options.cut.axis, along = 1 - axis;
