@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 
@@ -217,6 +218,15 @@ struct Lattice {
   Pattern pattern;
 };
 
+/// A solver with the factor of `values(1)`.
+std::unique_ptr<LinearSolver> factorized(const Lattice& lattice, FactorPrecision precision) {
+  auto solver = std::make_unique<LinearSolver>(lattice.layout, precision, 2);
+  solver->set_pattern(lattice.pattern);
+  solver->analyze(lattice.values(1));
+  EXPECT_TRUE(solver->factorize(lattice.values(1)));
+  return solver;
+}
+
 class LinearSolverTest : public testing::TestWithParam<FactorPrecision> {};
 INSTANTIATE_TEST_SUITE_P(Precision, LinearSolverTest,
                          testing::Values(FactorPrecision::single_precision, FactorPrecision::double_precision));
@@ -258,17 +268,14 @@ TEST_P(LinearSolverTest, SolvesAndTellsIndefiniteMatrices) {
 TEST_P(LinearSolverTest, AnOldFactorServesAChangedMatrix) {
   const Lattice lattice(6);
   const Threads threads(2);
-  LinearSolver solver(lattice.layout, GetParam(), 2);
-  solver.set_pattern(lattice.pattern);
-  solver.analyze(lattice.values(1));
-  ASSERT_TRUE(solver.factorize(lattice.values(1)));
+  const auto solver = factorized(lattice, GetParam());
   std::vector<double> x(lattice.layout.n_dofs());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sin(1.7 * static_cast<double>(i));
   const std::vector<double> changed = lattice.values(1.3), b = lattice.product(changed, x);
   std::vector<double> solution = b;
-  ASSERT_FALSE(solver.solve(changed, solution, 1e-12, 1)) << "one iteration cannot do with another matrix's factor";
+  ASSERT_FALSE(solver->solve(changed, solution, 1e-12, 1)) << "one iteration cannot do with another matrix's factor";
   EXPECT_EQ(solution, b) << "what could not be solved must stay as it was";
-  const auto n_iterations = solver.solve(changed, solution, 1e-12, 40);
+  const auto n_iterations = solver->solve(changed, solution, 1e-12, 40);
   ASSERT_TRUE(n_iterations);
   EXPECT_GT(*n_iterations, 3);
   for (std::size_t i = 0; i < x.size(); ++i) ASSERT_NEAR(solution[i], x[i], 1e-9);
@@ -311,31 +318,23 @@ TEST_P(LinearSolverTest, SolvesWithTermsThatAreNotSymmetric) {
 TEST_P(LinearSolverTest, FindsNegativeCurvatureBehindTheFactorOfAnotherMatrix) {
   const Lattice lattice(6);
   const Threads threads(2);
-  LinearSolver solver(lattice.layout, GetParam(), 2);
-  solver.set_pattern(lattice.pattern);
-  solver.analyze(lattice.values(1));
-  ASSERT_TRUE(solver.factorize(lattice.values(1)));
+  const auto solver = factorized(lattice, GetParam());
   // All dofs together are held by nothing but the ground.
   for (const double ground : {-1e-3, -1e-6, 1e-6, 1e-3}) {
     std::minstd_rand random(1);
     std::uniform_real_distribution<double> uniform(-1, 1);
     std::vector<double> load(lattice.layout.n_dofs());
     for (double& b : load) b = uniform(random);
-    EXPECT_EQ(solver.finds_negative_curvature(lattice.values(1.5, ground), load, 12), ground < 0) << ground;
+    EXPECT_EQ(solver->finds_negative_curvature(lattice.values(1.5, ground), load, 12), ground < 0) << ground;
   }
 }
 
 TEST(LinearSolver, AutomaticPrecisionIsSingleWhereThatDoesAndDoubleWhereNot) {
   const Lattice lattice(13);
   const Threads threads(2);
-  const auto solver_in = [&](FactorPrecision precision) {
-    auto solver = std::make_unique<LinearSolver>(lattice.layout, precision, 2);
-    solver->set_pattern(lattice.pattern);
-    return solver;
-  };
-  const auto single = solver_in(FactorPrecision::single_precision),
-             in_double = solver_in(FactorPrecision::double_precision),
-             automatic = solver_in(FactorPrecision::automatic);
+  const auto single = factorized(lattice, FactorPrecision::single_precision),
+             in_double = factorized(lattice, FactorPrecision::double_precision),
+             automatic = factorized(lattice, FactorPrecision::automatic);
   std::vector<double> x(lattice.layout.n_dofs());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::sin(1.7 * static_cast<double>(i));
   const auto solution_of = [&](LinearSolver& solver, const std::vector<double>& values) {
@@ -345,10 +344,6 @@ TEST(LinearSolver, AutomaticPrecisionIsSingleWhereThatDoesAndDoubleWhereNot) {
   };
   const std::vector<double> good = lattice.values(1), nearly_singular = lattice.values(1, 1e-9),
                             indefinite = lattice.values(1, -1e-3);
-  for (const auto* solver : {&single, &in_double, &automatic}) {
-    (*solver)->analyze(good);
-    ASSERT_TRUE((*solver)->factorize(good));
-  }
   ASSERT_TRUE(is_in_single_precision(FactorPrecision::automatic, automatic->n_factor_entries()));
   EXPECT_EQ(solution_of(*automatic, good), solution_of(*single, good));
   EXPECT_NE(solution_of(*automatic, good), solution_of(*in_double, good));
