@@ -51,6 +51,8 @@ struct Chord {
 /// Holds a chord near a mean arc length τ₀: minimised is ½|c|² + ½ η (τ − τ₀)², τ = ½(s_a + σ s_b). Where two fibers
 /// stay at one distance over a length, their lowest point would otherwise be anywhere along it.
 struct Hold {
+  /// What a valley has at least where sections may incline, over R_a + R_b: second derivative of the gap by τ.
+  static constexpr double least_valley = 0.25;
   double stiffness = 0;  ///< η
   double sense = 1, mean_arc_length = 0;
 

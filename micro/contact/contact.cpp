@@ -233,7 +233,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
     if (field_.model(fiber) == FiberModel::rod) e.offset += field_.mesh().radius[fiber];
   if (known) {
     e.has_side = true;
-    e.side = known->normal;
+    e.side = before ? before->side : known->normal;
     e.gap_offset = known->gap_offset;
     // A preload belongs to one element and not to all that come up around it.
     const double near = p.point ? mean_radius(e.fiber_a, e.fiber_b) : 0.5 * spacing(e.fiber_a, e.fiber_b);
@@ -253,6 +253,7 @@ ContactElement Contact::make_element(const Proximity& p, const State& state, con
   e.next_scale = e.penalty_scale;
   e.next_preload = e.preload;
   measure(field_, state, e);
+  hold_in_valley(field_, state, e);
   if (!e.has_side && e.measured.inverse_distance != 0) {
     e.has_side = true;
     e.side = e.measured.normal;
@@ -376,6 +377,7 @@ bool Contact::follow(const State& state, Follow what, const Region& region) {
     if (!concerns(e, region)) continue;
     e.feet_at_iteration = {e.pair.chord.a, e.pair.chord.b};
     e.lean_at_iteration = e.pair.lean;
+    e.turn_side();
     grown = e.covered.cover(field_, e.pair.chord.a, e.pair.chord.b) || grown;
   }
   return grown;

@@ -70,38 +70,49 @@ SeenSection see_section(const FiberField& field, const State& state, const Foot&
   const auto [slope1, slope2] = field.section_slope(state, shape);
   section.outermost_slope = radius * (section.w[0] * slope1 + section.w[1] * slope2);
   section.beside_slope = -section.w[1] * slope1 + section.w[0] * slope2;
+  const auto [second1, second2] = field.section_curvature(state, shape);
+  section.outermost_curvature = radius * (section.w[0] * second1 + section.w[1] * second2);
   seen.size = radius * size;
   seen.slope = outward.dot(section.outermost_slope);
   return seen;
 }
 
-/// Second derivatives of sections leave out what goes with the slopes of slopes, and what is smaller by the angle
-/// between chord and section.
+/// ∂²g/∂e∂e' and the forms B_e, with all that goes with inclined sections. The slopes of sections are smoothed; how
+/// sections turn as a foot moves along an element is not, which is all that is left out.
 Gap::Sliding sliding(const Gap& g, const Proximity& pair) {
   Gap::Sliding s;
   const Chord& chord = pair.chord;
   if (g.inverse_distance == 0 || chord.n_free == 0) return s;
   Eigen::Matrix2d a = Eigen::Matrix2d::Identity();
-  const double held_by = pair.point ? g.inverse_length * pair.hold.stiffness : 0;
-  const Vec3 x = g.a.outermost - g.b.outermost;
-  std::array<Vec3, 2> along, x_along;  // ∂c/∂e, ∂x/∂e
+  const Vec3 &n = g.normal, x = g.a.outermost - g.b.outermost, turned = g.inverse_distance * g.across(x);
+  const double held_by = pair.point ? pair.hold.stiffness : 0, held = held_by * pair.hold.distance(chord);
+  std::array<Vec3, 2> along, x_along;         // ∂c/∂e, ∂x/∂e
+  std::array<double, 2> longer, longer_held;  // ∂(n·c)/∂e, ∂D/∂e
   for (int i = 0; i < chord.n_free; ++i) {
     const Vec2& f = chord.free[i];
     along[i] = f[1] * chord.at_b.tangent - f[0] * chord.at_a.tangent;
     x_along[i] = f[0] * g.a.outermost_slope - f[1] * g.b.outermost_slope;
+    longer[i] = n.dot(along[i]);
+    longer_held[i] = g.share * longer[i] + g.inverse_length * held * f.dot(pair.hold.along());
     s.normal[i] = g.inverse_distance * g.across(along[i]);
-    s.spin[i] = {g.a.beside.dot(s.normal[i]) + f[0] * g.normal.dot(g.a.beside_slope),
-                 g.b.beside.dot(s.normal[i]) + f[1] * g.normal.dot(g.b.beside_slope)};
-    s.of_chord[i] =
-        g.inverse_length * along[i] + g.inverse_distance * (x.dot(g.normal) * s.normal[i] - g.across(x_along[i]));
-    for (int j = 0; j <= i; ++j)
-      a(i, j) = a(j, i) = g.inverse_length * along[i].dot(along[j]) +
-                          g.share * g.normal.dot(f[1] * chord.free[j][1] * chord.at_b.curvature -
-                                                 f[0] * chord.free[j][0] * chord.at_a.curvature) +
-                          held_by * f.dot(pair.hold.along()) * chord.free[j].dot(pair.hold.along()) +
-                          x.dot(g.normal) * s.normal[i].dot(s.normal[j]) - s.normal[i].dot(x_along[j]) -
-                          s.normal[j].dot(x_along[i]) - g.a.curvature * s.spin[i][0] * s.spin[j][0] -
-                          g.b.curvature * s.spin[i][1] * s.spin[j][1];
+    s.spin[i] = {g.a.beside.dot(s.normal[i]) + f[0] * n.dot(g.a.beside_slope),
+                 g.b.beside.dot(s.normal[i]) + f[1] * n.dot(g.b.beside_slope)};
+    s.of_chord[i] = g.inverse_length * (along[i] - longer_held[i] * g.share * n) +
+                    g.inverse_distance *
+                        (x.dot(n) * s.normal[i] + longer[i] * turned + s.normal[i].dot(x) * n - g.across(x_along[i]));
+    for (int j = 0; j <= i; ++j) {
+      const Vec2& h = chord.free[j];
+      const Vec3 bends = f[1] * h[1] * chord.at_b.curvature - f[0] * h[0] * chord.at_a.curvature,
+                 x_bends = f[0] * h[0] * g.a.outermost_curvature - f[1] * h[1] * g.b.outermost_curvature;
+      const double of_length = g.inverse_length * (along[i].dot(along[j]) - longer_held[i] * longer_held[j] +
+                                                   held_by * f.dot(pair.hold.along()) * h.dot(pair.hold.along())),
+                   of_normal = x.dot(n) * s.normal[i].dot(s.normal[j]) +
+                               g.inverse_distance * (longer[i] * s.normal[j].dot(x) + longer[j] * s.normal[i].dot(x)),
+                   of_sections = s.normal[i].dot(x_along[j]) + s.normal[j].dot(x_along[i]) + n.dot(x_bends) +
+                                 g.a.curvature * s.spin[i][0] * s.spin[j][0] +
+                                 g.b.curvature * s.spin[i][1] * s.spin[j][1];
+      a(i, j) = a(j, i) = of_length + g.force_direction.dot(bends) + of_normal - of_sections;
+    }
   }
   // A valley that is level to round-off holds no foot.
   const double steep = g.inverse_length * (chord.at_a.tangent.squaredNorm() + chord.at_b.tangent.squaredNorm());
@@ -149,11 +160,25 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
   e.measured.sliding = sliding(e.measured, e.pair);
 }
 
+void hold_in_valley(const FiberField& field, const State& state, ContactElement& e) {
+  const Gap& g = e.measured;
+  if (!e.pair.point || g.sliding.n < 2 || g.inverse_length <= 0) return;
+  const Eigen::Matrix2d a = g.sliding.inverse.inverse();
+  const Vec2 along(1, e.pair.hold.sense), across(1, -e.pair.hold.sense);
+  const double aa = along.dot(a * along), ac = along.dot(a * across), cc = across.dot(a * across),
+               valley = cc > 0 ? aa - ac * ac / cc : aa, least = Hold::least_valley / (e.radius_a + e.radius_b);
+  if (valley >= least) return;
+  e.pair.hold.stiffness += (least - valley) / g.inverse_length;
+  measure(field, state, e);
+}
+
 /// The feet go to where the gap is lowest by Newton's method on what leans on the chord, as sections tilt against it
-/// when a foot moves.
+/// when a foot moves. Steps that do not bring them nearer are halved.
 void follow(const FiberField& field, const State& state, ContactElement& e) {
   constexpr int most_rounds = 20;
-  constexpr double settled = 1e-9;
+  constexpr double settled = 1e-9, worth_while = 0.9;
+  Vec2 lean = e.pair.lean, more = Vec2::Zero();
+  double least = std::numeric_limits<double>::infinity();
   for (int round = 0; round < most_rounds; ++round) {
     follow(field, state, e.pair);
     measure(field, state, e);
@@ -161,13 +186,24 @@ void follow(const FiberField& field, const State& state, ContactElement& e) {
     const Chord& chord = e.pair.chord;
     Vec2 rest = Vec2::Zero();  // of what feet that are free feel, by free directions
     for (int i = 0; i < chord.n_free; ++i) rest[i] = chord.free[i].dot(g.lean - e.pair.lean);
-    if (rest.norm() <= settled * chord.c.norm()) return;
-    Vec2 motion = Vec2::Zero();
-    for (int i = 0; i < g.sliding.n; ++i)
-      motion += chord.free[i] * g.inverse_length * g.sliding.inverse.row(i).dot(rest);
-    const Vec2 along = e.pair.hold.along();
-    e.pair.lean += chord.hessian() * motion + e.pair.hold.stiffness * along * along.dot(motion);
+    const double size = rest.norm();
+    if (size <= settled * chord.c.norm()) return;
+    if (!(size <= worth_while * least)) {  // too far
+      more *= 0.5;
+    } else {
+      lean = e.pair.lean;
+      least = size;
+      Vec2 motion = Vec2::Zero();
+      for (int i = 0; i < g.sliding.n; ++i)
+        motion += chord.free[i] * g.inverse_length * g.sliding.inverse.row(i).dot(rest);
+      const Vec2 along = e.pair.hold.along();
+      more = chord.hessian() * motion + e.pair.hold.stiffness * along * along.dot(motion);
+    }
+    e.pair.lean = lean + more;
   }
+  e.pair.lean = lean;
+  follow(field, state, e.pair);
+  measure(field, state, e);
 }
 
 void place_particles(const FiberField& field, ContactElement& e) {
@@ -260,10 +296,12 @@ std::array<LocalForms::Form, 2> sliding_forms(const ContactElement& e, const Loc
   for (int i = 0; i < g.sliding.n; ++i) {
     const Vec2& f = e.pair.chord.free[i];
     LocalForms::add_chord(b[i], g.sliding.of_chord[i]);
-    LocalForms::tangent(b[i], 0) = -f[0] * g.share * g.normal;
-    LocalForms::tangent(b[i], 1) = f[1] * g.share * g.normal;
+    LocalForms::tangent(b[i], 0) = -f[0] * g.force_direction;
+    LocalForms::tangent(b[i], 1) = f[1] * g.force_direction;
     local.add_section(b[i], 0, e.radius_a * g.a.w, -g.sliding.normal[i]);
     local.add_section(b[i], 1, e.radius_b * g.b.w, g.sliding.normal[i]);
+    local.add_section_slope(b[i], 0, e.radius_a * g.a.w, -f[0] * g.normal);
+    local.add_section_slope(b[i], 1, e.radius_b * g.b.w, f[1] * g.normal);
     b[i] -= g.a.curvature * g.sliding.spin[i][0] * spin[0] + g.b.curvature * g.sliding.spin[i][1] * spin[1];
   }
   return b;
@@ -301,6 +339,14 @@ void add_contact_element(const FiberField& field, const ContactElement& e, doubl
       local.add_section(sections, 0, e.radius_a * g.a.w, across);
       local.add_section(sections, 1, e.radius_b * g.b.w, -across);
       LocalForms::add_product(chord, sections, f * g.inverse_distance, k);
+    }
+    if (by_outlines != 0) {
+      // Sections that stand inclined to the chord know how it grows, too.
+      LocalForms::Form longer = local.zero(), turned = local.zero();
+      LocalForms::add_chord(longer, n);
+      LocalForms::add_chord(turned, g.inverse_distance * g.across(x));
+      LocalForms::add_square(longer, -f * g.inverse_length * (1 - g.share * g.share), k);
+      LocalForms::add_product(longer, turned, -f * g.inverse_distance, k);
     }
     // The feet slide: B A⁻¹ B off δ²g.
     const std::array<LocalForms::Form, 2> b = sliding_forms(e, local, spin);

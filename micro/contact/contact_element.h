@@ -50,7 +50,8 @@ struct Gap {
     double curvature = 0;           ///< R/|w|
     Vec3 outermost = Vec3::Zero();  ///< R (w₁ g₁ + w₂ g₂)/|w|: from the centre to the particle farthest along ±n
     Vec3 beside = Vec3::Zero();     ///< (−w₂ g₁ + w₁ g₂)/|w|
-    Vec3 outermost_slope = Vec3::Zero(), beside_slope = Vec3::Zero();  ///< of these particles, by arc length
+    /// Of these particles, by arc length.
+    Vec3 outermost_slope = Vec3::Zero(), outermost_curvature = Vec3::Zero(), beside_slope = Vec3::Zero();
   };
   /// How the feet slide along their free directions e: by δs = −A⁻¹ B with A = ∂²g/∂e∂e' and the forms B_e = δ(∂g/∂e).
   struct Sliding {
@@ -103,6 +104,14 @@ struct ContactElement : AugmentedPenalty {
     fiber_b = pair.fiber_b();
   }
 
+  /// The side goes with the normal, from iteration to iteration, as long as axes are far enough from passing through
+  /// each other: fibers that roll around each other turn it over.
+  void turn_side() {
+    constexpr double far = 0.5;  // of the sum of the radii
+    if (measured.inverse_distance != 0 && pair.chord.c.norm() > far * (radius_a + radius_b) && normal.dot(side) > 0)
+      side = normal;
+  }
+
   /// Gap at the state last followed.
   [[nodiscard]] double gap() const { return measured.value; }
   /// x_b − x_a of the particles.
@@ -119,6 +128,9 @@ struct ContactElement : AugmentedPenalty {
   [[nodiscard]] double energy(double p_reg) const { return law(p_reg).energy(gap()); }
 };
 
+/// Holds a point to its place where inclined sections make the valley of the gap too shallow (Hold), which that of the
+/// distance is not. Needs the gap measured, and measures it anew.
+void hold_in_valley(const FiberField& field, const State& state, ContactElement& element);
 /// Measures the gap of the element's chord.
 void measure(const FiberField& field, const State& state, ContactElement& element);
 /// Slides the feet to where they face each other at `state`, and measures the gap.

@@ -42,26 +42,20 @@ void LocalForms::scatter_tangent(Matrix& k, Assembler& assembler) const {
   k.triangularView<Eigen::StrictlyUpper>() = k.transpose();
   using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3, 0, max_size, 3>;
   std::array<Columns, 3> columns;  // of k, for each vector of a node
-  std::array<bool, 3> has_columns{};
   for_each_node([&](Index j, int side, int n) {
     if (!assembler.owns(j)) return;
     for (int u = 0; u < shape_[side].slots.vectors(n); ++u) {
       const Parts q = parts(side, n, u);
-      has_columns[u] = !q.is_nothing();
-      if (!has_columns[u]) continue;
-      columns[u] = q.weight * k.middleCols<3>(q.at);
-      if (q.both) columns[u] += q.weight_of_tangent * k.middleCols<3>(q.at + 3);
+      columns[u] = q.weight * k.middleCols<3>(q.at) + q.weight_of_slope * k.middleCols<3>(q.at + 3);
     }
     for_each_node([&](Index i, int other, int m) {
       if (i < j) return;
       const auto block = assembler.block(i, j);
       for (int v = 0; v < shape_[other].slots.vectors(m); ++v) {
         const Parts p = parts(other, m, v);
-        if (p.is_nothing()) continue;
         for (int u = 0; u < shape_[side].slots.vectors(n); ++u) {
-          if (!has_columns[u]) continue;
-          Mat3 b = p.weight * columns[u].middleRows<3>(p.at);
-          if (p.both) b += p.weight_of_tangent * columns[u].middleRows<3>(p.at + 3);
+          const Mat3 b =
+              p.weight * columns[u].middleRows<3>(p.at) + p.weight_of_slope * columns[u].middleRows<3>(p.at + 3);
           for (int c = 0; c < 3; ++c) {
             double* values = block.data + static_cast<std::size_t>(3 * u + c) * block.stride + 3 * v;
             for (int r = 0; r < 3; ++r) values[r] += b(r, c);

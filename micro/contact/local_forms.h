@@ -23,18 +23,18 @@ struct CoveredNodes {
   void add_sparsity(const FiberField& field, const Foot& a, const Foot& b, Pattern::Builder& builder) const;
 };
 
-/// Linear forms of what a contact depends on at its feet: for each side the position r, its derivative r' and the
-/// section vectors g₁, g₂ of an enriched beam. Forms and matrices are dense and small; nodes come in when they are
-/// scattered.
+/// Linear forms of what a contact depends on at its feet: for each side the position r, its derivative r', and the
+/// section vectors g₁, g₂ of an enriched beam with their derivatives. Forms and matrices are dense and small; nodes
+/// come in when they are scattered.
 class LocalForms {
  public:
-  static constexpr int max_size = 24;
+  static constexpr int max_size = 36;
   using Form = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, max_size, 1>;
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, max_size, max_size>;
 
   LocalForms(const FiberField& field, const Foot& a, const Foot& b)
       : shape_{field.shape(a), field.shape(b)},
-        size_(shape_[0].slots.n_vectors == 3 || shape_[1].slots.n_vectors == 3 ? max_size : max_size / 2) {}
+        size_(shape_[0].slots.n_vectors == 3 || shape_[1].slots.n_vectors == 3 ? max_size : max_size / 3) {}
 
   [[nodiscard]] bool touches(const Assembler& assembler) const {
     return shape_[0].slots.touches(assembler) || shape_[1].slots.touches(assembler);
@@ -55,6 +55,11 @@ class LocalForms {
     if (shape_[side].slots.n_vectors < 3) return;
     for (int w = 0; w < 2; ++w) form.segment<3>(section_at(side, w)) += v[w] * direction;
   }
+  /// form += direction·(v₁ δg₁' + v₂ δg₂'); nothing for rods.
+  void add_section_slope(Form& form, int side, const Vec2& v, const Vec3& direction) const {
+    if (shape_[side].slots.n_vectors < 3) return;
+    for (int w = 0; w < 2; ++w) form.segment<3>(section_at(side, w) + 3) += v[w] * direction;
+  }
 
   /// k += factor form formᵀ, and factor (p qᵀ + q pᵀ), in its lower triangle.
   static void add_square(const Form& form, double factor, Matrix& k) {
@@ -73,9 +78,7 @@ class LocalForms {
     for_each_node([&](Index node, int side, int n) {
       for (int v = 0; v < shape_[side].slots.vectors(n); ++v) {
         const Parts p = parts(side, n, v);
-        Vec3 coefficient = p.weight * form.segment<3>(p.at);
-        if (p.both) coefficient += p.weight_of_tangent * form.segment<3>(p.at + 3);
-        visit(node, v, coefficient);
+        visit(node, v, Vec3(p.weight * form.segment<3>(p.at) + p.weight_of_slope * form.segment<3>(p.at + 3)));
       }
     });
   }
@@ -90,20 +93,17 @@ class LocalForms {
     for (int side = 0; side < 2; ++side)
       for (int n = 0; n < shape_[side].slots.n_slots; ++n) visit(shape_[side].slots.node[n], side, n);
   }
-  [[nodiscard]] static int section_at(int side, int v) { return 12 + 6 * side + 3 * v; }
-  /// Where a vector of a node stands in a form, and its weights there: those of r and r', or of a section vector alone.
+  [[nodiscard]] static int section_at(int side, int v) { return 12 + 12 * side + 6 * v; }
+  /// Where a vector of a node stands in a form, followed by its slope, and its weights in both.
   struct Parts {
     int at;
-    double weight, weight_of_tangent;  // the latter stands 3 behind
-    bool both;
-
-    /// Sections follow three of the four nodes that a centre line follows.
-    [[nodiscard]] bool is_nothing() const { return !both && weight == 0; }
+    double weight, weight_of_slope;
   };
   [[nodiscard]] Parts parts(int side, int node, int vector) const {
     const CurveShape& s = shape_[side];
-    if (s.slots.n_vectors == 3 && vector > 0) return {section_at(side, vector - 1), s.section[node], 0, false};
-    return {6 * side, s.r[node][vector], s.tangent[node][vector], true};
+    if (s.slots.n_vectors == 3 && vector > 0)
+      return {section_at(side, vector - 1), s.section[node], s.tangent[node][0]};
+    return {6 * side, s.r[node][vector], s.tangent[node][vector]};
   }
 
   std::array<CurveShape, 2> shape_;

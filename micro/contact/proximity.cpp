@@ -406,7 +406,7 @@ Hold hold_at(const FiberField& field, const ProximitySearch& search, const Chord
                steep = rise_of_points * smaller_radius(field, a, b) / rise_over_half_spacing(1, spacing);
   // Sections that tilt against the chord as the feet slide can make a valley of the gap shallower than the distance's.
   const bool has_sections = field.model(a) == FiberModel::enriched || field.model(b) == FiberModel::enriched;
-  const double least = has_sections ? std::max(steep, 0.25 / sum) : steep;
+  const double least = has_sections ? std::max(steep, Hold::least_valley / sum) : steep;
   const int sense = sense_of(chord.cosine());
   return {std::max(0.0, least - valley_curvature(chord, sense, 0.5 * sum)) * chord.c.norm(),
           static_cast<double>(sense), 0.5 * (chord.a.s + sense * chord.b.s)};

@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <numbers>
 
-#include "micro/fiber/collapse.h"
+#include "micro/fiber/axial_law.h"
 
 namespace trame::micro {
 
@@ -80,6 +80,7 @@ EnrichedBeams::EnrichedBeams(const FiberField& field, std::vector<Material> mate
 
     const double area = std::numbers::pi * radius * radius, inertia = area * radius * radius / 4;
     Section s;
+    s.axial_stiffness = materials[f].young_modulus_axial * area;
     s.stiffness.setZero();
     for (auto& a : s.measure) a.setZero();
     s.stiffness.topLeftCorner<6, 6>() = area * material_stiffness(materials[f]);
@@ -185,30 +186,46 @@ double EnrichedBeams::energy(const State& state) const {
             measures(interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, h)), section) -
             reference(f, e, g);
         sum += 0.5 * (h / 2) * strain.dot(section.stiffness * strain);
+        sum += h / 2 * section.axial_stiffness * (axial_law(strain[0]).energy - 0.5 * strain[0] * strain[0]);
       }
     }
   }
   return sum;
 }
 
-std::string EnrichedBeams::inadmissibility(const State& /*start*/, const State& state) const {
+template <typename Visit>
+void EnrichedBeams::for_each_gauss_point(const State& state, Visit&& visit) const {
   for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
     if (field_.model(f) != FiberModel::enriched) continue;
     const double h = field_.element_length(f);
-    const MeasureMatrix& stretch = sections_[section_of_fiber_[f]].measure[0];
-    for (Index e = 0; e < field_.mesh().n_elements(f); ++e)
+    ElementNodes::Buffer buffer;
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
+      const Vec3* q = field_.element(f, e).gather(field_.layout(), state.q.data(), buffer);
       for (int g = 0; g < 2; ++g) {
-        ElementNodes::Buffer buffer;
-        const Vec3* q = field_.element(f, e).gather(field_.layout(), state.q.data(), buffer);
         const double t = gauss_points[g];
         const Z z = interpolate<Z>(q, quadratic_shape(t), shape_derivative_by_arc(t, h));
-        const double strain = 0.5 * stretch.cwiseProduct(z.transpose() * z).sum() - reference(f, e, g)[0];
-        const bool inside_out = z.col(0).dot(z.col(1).cross(z.col(2))) <= 0;
-        if (inside_out || strain <= softening_strain)
-          return collapse_text(field_, f, h * (e + 0.5 * (1 + t)), strain, inside_out);
+        const double strain = 0.5 * sections_[section_of_fiber_[f]].measure[0].cwiseProduct(z.transpose() * z).sum() -
+                              reference(f, e, g)[0];
+        visit(f, h * (e + 0.5 * (1 + t)), strain, z);
       }
+    }
   }
-  return {};
+}
+
+std::string EnrichedBeams::inadmissibility(const State& /*start*/, const State& state) const {
+  std::string text;
+  for_each_gauss_point(state, [&](Index fiber, double s, double strain, const Z& z) {
+    const bool inside_out = z.col(0).dot(z.col(1).cross(z.col(2))) <= 0;
+    if (text.empty() && (inside_out || stretch_of(strain) <= least_stretch))
+      text = collapse_text(field_, fiber, s, strain, inside_out);
+  });
+  return text;
+}
+
+std::string EnrichedBeams::doubt(const State& state) const {
+  MostPressed most;
+  for_each_gauss_point(state, [&](Index fiber, double s, double strain, const Z&) { most.see(fiber, s, strain); });
+  return most.text(field_);
 }
 
 void EnrichedBeams::add(const State& state, Assembler& assembler) const {
@@ -271,9 +288,13 @@ void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Sectio
                                     const ElementNodes& nodes, const std::array<double, 3>& n,
                                     const std::array<double, 3>& dn, double weight, Assembler& assembler) const {
   const Measures strain = measures(z, section) - reference;
+  const AxialLaw law = axial_law(strain[0]);
+  const double stiffer = section.axial_stiffness * (law.stiffness - 1),  // than linear, by E_ss
+      offset = section.axial_stiffness * (law.stress - law.stiffness * strain[0]);
   // S of the gradient z S, and of the geometric part S ⊗ I₃ of the tangent.
   const auto stress = [&](const Measures& strain) {
-    const Measures by_measure = section.stiffness * strain;
+    Measures by_measure = section.stiffness * strain;
+    by_measure[0] += stiffer * strain[0] + offset;
     MeasureMatrix s = MeasureMatrix::Zero();
     for (int k = 0; k < n_measures_; ++k) s += by_measure[k] * section.measure[k];
     return s;
@@ -320,6 +341,7 @@ void EnrichedBeams::add_gauss_point(const Z& z, const Z& last_step, const Sectio
     Eigen::Matrix<double, 27, 1> by_stress = Eigen::Matrix<double, 27, 1>::Zero();  // that times D
     for (int l = 0; l < n_measures_; ++l)
       if (const double d = weight * section.stiffness(l, m); d != 0) by_stress += d * by_measure.col(l);
+    if (m == 0) by_stress += weight * stiffer * by_measure.col(0);
     for (int c = 0; c < 27; ++c) k.col(c) += by_stress[c] * by_measure.col(m);
   }
   const Eigen::Matrix<double, 9, 9> geometric = weight * map.transpose() * s * map;

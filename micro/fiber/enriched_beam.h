@@ -25,8 +25,9 @@ class EnrichedBeams final : public Effect {
   void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
-  /// Objects to fibers that collapsed (collapse.h).
+  /// Objects to fibers that collapsed (axial_law.h).
   [[nodiscard]] std::string inadmissibility(const State& start, const State& state) const override;
+  [[nodiscard]] std::string doubt(const State& state) const override;
   /// Strain measures in use, and values of them that are kept for the stress-free shape.
   [[nodiscard]] int n_measures_in_use() const { return n_measures_; }
   [[nodiscard]] std::size_t n_reference_values() const { return reference_.size(); }
@@ -39,7 +40,11 @@ class EnrichedBeams final : public Effect {
   struct Section {
     Stiffness stiffness;                                          // D
     std::array<MeasureMatrix, n_measures_twist_stretch> measure;  // A_k
+    double axial_stiffness;                                       // E_L A, of what axial_law.h adds
   };
+  /// Calls visit(fiber, arc length, E_ss, z).
+  template <typename Visit>
+  void for_each_gauss_point(const State& state, Visit&& visit) const;
   [[nodiscard]] Measures measures(const Z& z, const Section& section) const;
   [[nodiscard]] Measures reference(Index fiber, Index element, int gauss_point) const;
   /// ê of an element whose node vectors begin at q, without its reference.

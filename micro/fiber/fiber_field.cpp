@@ -195,6 +195,11 @@ std::array<Vec3, 2> FiberField::section_slope(const State& state, const CurveSha
   return sum_sections(*layout_, state, shape.slots, [&](int a) { return shape.tangent[a][0]; });
 }
 
+std::array<Vec3, 2> FiberField::section_curvature(const State& state, const CurveShape& shape) const {
+  assert(shape.slots.n_vectors == 3);
+  return sum_sections(*layout_, state, shape.slots, [&](int a) { return shape.curvature[a][0]; });
+}
+
 std::string FiberField::describe(Index fiber, double s) const {
   return fmt::format("fiber {} of yarn {} at {:.0f} % of its length", fiber,
                      mesh_->yarns[mesh_->yarn_of_fiber[fiber]].name, 100 * s / mesh_->length(fiber));

@@ -139,6 +139,8 @@ class FiberField {
   [[nodiscard]] std::array<Vec3, 2> section(const State& state, const CurveShape& shape) const;
   /// Their derivatives by arc length, as smooth as those of the centre line.
   [[nodiscard]] std::array<Vec3, 2> section_slope(const State& state, const CurveShape& shape) const;
+  /// Second derivatives, likewise.
+  [[nodiscard]] std::array<Vec3, 2> section_curvature(const State& state, const CurveShape& shape) const;
   /// "fiber 3 of yarn warp/1 at 40 % of its length", for messages.
   [[nodiscard]] std::string describe(Index fiber, double s) const;
   /// The particle (s, ξ) as a linear form; ξ is ignored for rods.

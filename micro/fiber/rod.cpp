@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "micro/fiber/collapse.h"
+#include "micro/fiber/axial_law.h"
 
 namespace trame::micro {
 
@@ -47,7 +47,7 @@ double Rods::energy(const State& state) const {
       const Vec3* q = field_.element(f, e).gather(field_.layout(), state.q.data(), buffer);
       for (const auto& p : lobatto) {
         const double strain = 0.5 * (combine(hermite_shape_derivative(p.t, h), q).squaredNorm() - 1);
-        sum += 0.5 * h * p.weight * axial_stiffness_[f] * strain * strain;
+        sum += h * p.weight * axial_stiffness_[f] * axial_law(strain).energy;
       }
       for (const auto& p : gauss_points)
         sum += 0.5 * h * p.weight * bending_stiffness_[f] *
@@ -72,12 +72,27 @@ std::string Rods::inadmissibility(const State& start, const State& state) const 
         const double strain = 0.5 * (tangent.squaredNorm() - 1);
         // A rod has no section to tell inside from outside: a tangent that turns over in one step stands for it.
         const bool turned_over = tangent.dot(combine(c, q_start)) <= 0;
-        if (turned_over || strain <= softening_strain)
+        if (turned_over || stretch_of(strain) <= least_stretch)
           return collapse_text(field_, f, h * (e + 0.5 * (1 + p.t)), strain, turned_over);
       }
     }
   }
   return {};
+}
+
+std::string Rods::doubt(const State& state) const {
+  MostPressed most;
+  for (Index f = 0; f < field_.mesh().n_fibers(); ++f) {
+    if (field_.model(f) != FiberModel::rod) continue;
+    const double h = field_.element_length(f);
+    ElementNodes::Buffer buffer;
+    for (Index e = 0; e < field_.mesh().n_elements(f); ++e) {
+      const Vec3* q = field_.element(f, e).gather(field_.layout(), state.q.data(), buffer);
+      for (const auto& p : lobatto)
+        most.see(f, h * (e + 0.5 * (1 + p.t)), 0.5 * (combine(hermite_shape_derivative(p.t, h), q).squaredNorm() - 1));
+    }
+  }
+  return most.text(field_);
 }
 
 void Rods::add(const State& state, Assembler& assembler) const {
@@ -111,11 +126,14 @@ void Rods::add_element(const Vec3* q, const Vec3* last_step, Index fiber, const 
     const auto c = hermite_shape_derivative(p.t, h);
     const Vec3 d = combine(c, q);
     const double w = h * p.weight * axial_stiffness_[fiber], strain = 0.5 * (d.squaredNorm() - 1);
-    const double expected = last_step ? strain - 0.5 * combine(c, last_step).squaredNorm() : strain;
-    const double of_force = assembler.expects_forces() ? expected : strain;
+    const AxialLaw law = axial_law(strain);
+    const double expected =
+        last_step ? law.stress - law.stiffness * 0.5 * combine(c, last_step).squaredNorm() : law.stress;
+    const double of_force = assembler.expects_forces() ? expected : law.stress;
     for (int i = 0; i < 4; ++i) force[i] += w * of_force * c[i] * d;
     const bool project = assembler.tangent() == Assembler::Tangent::projected;
-    if (assembler.wants_tangent()) add_tangent(c, w * (project ? std::max(expected, 0.0) : expected), w, d);
+    if (assembler.wants_tangent())
+      add_tangent(c, w * (project ? std::max(expected, 0.0) : expected), w * law.stiffness, d);
   }
   for (const auto& p : gauss_points) {
     const auto c = hermite_shape_second_derivative(p.t, h);

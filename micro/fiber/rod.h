@@ -1,10 +1,10 @@
 #pragma once
 /// \file
 /// Rods: stretch and bending only, cubic Hermite elements with 6 dofs a node (r, dr/ds), straight at rest.
-/// Energy ∫ ½ EA E_ss² + ½ EI r''·r'' ds. Under small strain r''·r'' is κ² plus the square of the strain gradient,
-/// which is (R/ℓ)² smaller than the stretching energy over lengths ℓ; in exchange the bending tangent is constant and
-/// positive. E_ss is taken at the three Lobatto points of an element, which leaves bending free of membrane locking
-/// (the constraint count of Meier, Popp & Wall 2015).
+/// Energy ∫ EA W(E_ss) + ½ EI r''·r'' ds, W = ½ E_ss² but under strong compression (axial_law.h). Under small strain
+/// r''·r'' is κ² plus the square of the strain gradient, which is (R/ℓ)² smaller than the stretching energy over
+/// lengths ℓ; in exchange the bending tangent is constant and positive. E_ss is taken at the three Lobatto points of an
+/// element, which leaves bending free of membrane locking (the constraint count of Meier, Popp & Wall 2015).
 
 #include "micro/fiber/fiber_field.h"
 #include "micro/solve/effect.h"
@@ -21,8 +21,9 @@ class Rods final : public Effect {
   void add_sparsity(Pattern::Builder& builder) const override;
   void add(const State& state, Assembler& assembler) const override;
   [[nodiscard]] double energy(const State& state) const override;
-  /// Objects to fibers that collapsed (collapse.h).
+  /// Objects to fibers that collapsed (axial_law.h).
   [[nodiscard]] std::string inadmissibility(const State& start, const State& state) const override;
+  [[nodiscard]] std::string doubt(const State& state) const override;
 
  private:
   void add_element(const Vec3* q, const Vec3* last_step, Index fiber, const ElementNodes& nodes,

@@ -170,6 +170,9 @@ class StageRun {
     summary.n_crossings_ok = crossings.n_in_order;
     summary.crossing_order_ok = crossings.n_in_order == crossings.n;
     if (const std::string text = held_back(stage_, is_last()); !text.empty()) run_.warn(text);
+    for (const auto& effect : model_.effects)
+      if (const std::string text = effect->doubt(at_.state); !text.empty())
+        run_.warn(fmt::format("stage {}: {}", stage_.name, text));
     if (!model_.contact) return;
     const BuriedEnds ends = find_free_buried_ends(model_, at_.state, run_.assembly);
     summary.n_buried_ends = ends.n;

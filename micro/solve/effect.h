@@ -68,6 +68,8 @@ class Effect {
   /// Why the equilibrium `state`, reached in a step from `start`, is inadmissible all the same, and what may help;
   /// empty where it is not.
   [[nodiscard]] virtual std::string inadmissibility(const State& /*start*/, const State& /*state*/) const { return {}; }
+  /// What makes the answer at `state` doubtful, though it is an equilibrium; empty where nothing does.
+  [[nodiscard]] virtual std::string doubt(const State& /*state*/) const { return {}; }
   /// The step is accepted: history moves on.
   virtual void commit(const State& /*state*/) {}
   /// Passes through all that goes from one increment to the next, as it is after `commit`.

@@ -53,6 +53,17 @@ def strains(z, radius, share):
     )
 
 
+def axial_stress(strain):
+    """Second Piola stress over E_L: linear, but below a stretch of 0.8 the nominal stress goes on from there
+    as a logarithm with the slope that it has there."""
+    kept = 0.8
+    stretch = np.sqrt(np.maximum(1 + 2 * strain, 1e-12))
+    at_kept = kept * (kept**2 - 1) / 2
+    slope = (3 * kept**2 - 1) / 2
+    nominal = at_kept + kept * slope * np.log(stretch / kept)
+    return np.where(stretch < kept, nominal / stretch, strain)
+
+
 def beam_force(state, start, fiber):
     """Force on each node of a beam by the elements, of its position: -dW/dr."""
     mesh, at = state.mesh, state.mesh.nodes(fiber)
@@ -80,7 +91,7 @@ def beam_force(state, start, fiber):
 
         z = z_of(state)
         e = strains(z, radius, share) - strains(z_of(start), radius, share)
-        axial = area * (normal[0] @ e[:3])
+        axial = area * (normal[0] @ e[:3] + e_l * (axial_stress(e[0]) - e[0]))
         shear = area * g * e[4:6]
         bending = e_l * area * radius**2 / 4 * e[6:8]
         pulls = [
@@ -116,7 +127,7 @@ def rod_force(state, fiber):
         w = value_hermite(np.array(float(point)), h)[1]
         slope = sum(c * x for c, x in zip(w, q))
         strain = 0.5 * ((slope * slope).sum(1) - 1)
-        add(w, h * weight * ea * strain[:, None] * slope)
+        add(w, h * weight * ea * axial_stress(strain)[:, None] * slope)
     for point in (-GAUSS, GAUSS):
         w = value_hermite(np.array(point), h)[2]
         add(w, h * 0.5 * ea * radius**2 / 4 * sum(c * x for c, x in zip(w, q)))
