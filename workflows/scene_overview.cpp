@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <set>
 
 #include "micro/scene/weave.h"
@@ -202,6 +203,9 @@ std::string bodies_text(const Scene& scene, Index n_bodies) {
     names = {fmt::format("warp/1..{}/start|end", scene.weave->warp.n_yarns),
              fmt::format("weft/1..{}/start|end", scene.weave->weft.n_yarns), "side/warp|weft/start|end"};
   }
+  if (scene.weave && scene.weave->is_skew())
+    names.back() +=
+        fmt::format(" (x along the warp, y along the weft at {:.4g} deg)", scene.weave->angle * 180 / std::numbers::pi);
   for (const BodySpec& body : scene.bodies) names.push_back(body.name);
   return fmt::format("Bodies: {}{}{}\n", n_bodies, names.empty() ? "" : ": ", fmt::join(names, ", "));
 }

@@ -94,7 +94,7 @@ std::vector<Material> fiber_materials(const Scene& scene, const Assembly& assemb
 }
 
 StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from)
-    : bodies(static_cast<Index>(assembly.body_names.size()), layout),
+    : bodies(static_cast<Index>(assembly.body_names.size()), layout, assembly.n_skew_bodies, assembly.skew_axes),
       field(assembly.mesh, models_in_stage(scene, assembly, stage), layout, assembly.period_bodies),
       assembly_(assembly) {
   start.q.assign(layout.n_vectors(), Vec3::Zero());
@@ -138,7 +138,8 @@ void StageModel::resolve_drives(const Scene& scene, const Assembly& assembly, co
         case DriveMode::force: drive = {DofDrive::Kind::force, d.value, d.amplitude}; break;
         case DriveMode::strain: {
           const int along = b == assembly.period_bodies[0] ? 0 : b == assembly.period_bodies[1] ? 1 : axis;
-          drive = {DofDrive::Kind::displacement, d.value * from.poses[b].position[along], d.amplitude};
+          drive = {DofDrive::Kind::displacement, d.value * bodies.in_dofs(b, from.poses[b].position)[along],
+                   d.amplitude};
           break;
         }
         case DriveMode::follow:
@@ -361,11 +362,11 @@ PrescribedMotion StageModel::motion(const State& state, double from, double to) 
     m.fixed[i] = 1;
     const Index body = i / n_body_dofs;
     const int axis = i % n_body_dofs;
+    const auto place = [&](const State& at) { return bodies.in_dofs(body, bodies.pose(at, body).position)[axis]; };
     // Positions aim at their place at the end of the step, so that errors do not add up; rotations advance by their
     // share.
     if (axis < 3)
-      m.motion[i] = bodies.pose(start, body).position[axis] + drive.amplitude.at(to) * drive.value -
-                    bodies.pose(state, body).position[axis];
+      m.motion[i] = place(start) + drive.amplitude.at(to) * drive.value - place(state);
     else
       m.motion[i] = (drive.amplitude.at(to) - drive.amplitude.at(from)) * drive.value;
   }
@@ -400,7 +401,8 @@ std::vector<double> StageModel::body_forces(const State& state) const {
   std::vector<double> forces;
   for (Index b = 0; b < bodies.n_bodies(); ++b) {
     const auto [force, moment] = pull(state, b);
-    for (const Vec3& v : {force, moment}) forces.insert(forces.end(), v.data(), v.data() + 3);
+    for (const Vec3& v : {bodies.force_in_dofs(b, force), bodies.force_in_dofs(b, moment)})
+      forces.insert(forces.end(), v.data(), v.data() + 3);
   }
   return forces;
 }
@@ -408,11 +410,12 @@ std::vector<double> StageModel::body_forces(const State& state) const {
 std::vector<double> StageModel::loads_at_start(const StageStart& from) const {
   std::vector<double> loads = body_forces(start);
   for (const FollowTerm& term : follow ? follow->outermost_first() : std::vector<FollowTerm>()) {
-    const Vec3 force = loads[bodies.dof(term.follower, static_cast<BodyDof>(term.axis))] * Vec3::Unit(term.axis);
+    const Vec3 force =
+        loads[bodies.dof(term.follower, static_cast<BodyDof>(term.axis))] * bodies.unit_force(term.follower, term.axis);
     const Vec3 moment = (term.follower_start - term.leader_start.position).cross(force);
     for (int d = 0; d < 3; ++d) {
-      loads[n_body_dofs * term.leader + d] += force[d];
-      loads[n_body_dofs * term.leader + 3 + d] += moment[d];
+      loads[n_body_dofs * term.leader + d] += bodies.force_in_dofs(term.leader, force)[d];
+      loads[n_body_dofs * term.leader + 3 + d] += bodies.force_in_dofs(term.leader, moment)[d];
     }
   }
   for (std::size_t i = 0; i < drives.size(); ++i)

@@ -32,12 +32,14 @@ Mat3 rotation_hessian(const Vec3& e, const Vec3& arm) {
 
 }  // namespace
 
-RigidBodies::RigidBodies(Index n_bodies, Layout& layout) : n_bodies_(n_bodies) {
+RigidBodies::RigidBodies(Index n_bodies, Layout& layout, Index n_skew, const Mat3& axes)
+    : n_bodies_(n_bodies), n_skew_(n_skew), axes_(axes) {
   assert(layout.n_nodes() == 0);
   for (Index b = 0; b < n_bodies; ++b) {
     const Index n = layout.add_node(2);
     layout.add_rotation(layout.first_vector(n) + 1);
   }
+  layout.set_axes(n_skew, axes);
 }
 
 Ties::Ties(const Layout& layout, const RigidBodies& bodies, std::vector<TieTerm> terms)
@@ -162,14 +164,15 @@ Follow::Deviation Follow::deviation(const State& state, const FollowTerm& term) 
 double Follow::expected(const State& state, const Vec3* last_step, const FollowTerm& term) const {
   const Deviation d = deviation(bodies_.pose_before(state, last_step, term.leader),
                                 bodies_.pose_before(state, last_step, term.follower), term);
-  return d.e + (bodies_.shift(last_step, term.follower) - bodies_.shift(last_step, term.leader) -
-                bodies_.turn(last_step, term.leader).cross(d.arm))[term.axis];
+  return d.e + bodies_.unit_force(term.follower, term.axis)
+                   .dot(bodies_.shift(last_step, term.follower) - bodies_.shift(last_step, term.leader) -
+                        bodies_.turn(last_step, term.leader).cross(d.arm));
 }
 
 Follow::Deviation Follow::deviation(const Pose& leader, const Pose& follower, const FollowTerm& term) const {
   const Vec3 arm =
       leader.rotation * term.leader_start.rotation.transpose() * (term.follower_start - term.leader_start.position);
-  return {(follower.position - leader.position - arm)[term.axis], arm};
+  return {bodies_.unit_force(term.follower, term.axis).dot(follower.position - leader.position - arm), arm};
 }
 
 void Follow::add_sparsity(Pattern::Builder& builder) const {
@@ -190,7 +193,7 @@ void Follow::add(const State& state, Assembler& assembler) const {
   for (const FollowTerm& term : terms_) {
     const Index f = bodies_.node(term.follower), l = bodies_.node(term.leader);
     const Deviation d = deviation(state, term);
-    const Vec3 axis = Vec3::Unit(term.axis), turn = d.arm.cross(axis);  // −∂e/∂θ of the leader
+    const Vec3 axis = bodies_.unit_force(term.follower, term.axis), turn = d.arm.cross(axis);  // −∂e/∂θ of the leader
     const double k = term.stiffness;
     const double expected = k * (assembler.last_step() ? this->expected(state, assembler.last_step(), term) : d.e);
     const double force = assembler.expects_forces() ? expected : k * d.e;
@@ -214,7 +217,7 @@ std::pair<Vec3, Vec3> Follow::pull(const State& state, Index leader) const {
   for (const FollowTerm& term : terms_) {
     if (term.leader != leader) continue;
     const Deviation d = deviation(state, term);
-    const Vec3 f = -term.stiffness * d.e * Vec3::Unit(term.axis);
+    const Vec3 f = -term.stiffness * d.e * bodies_.unit_force(term.follower, term.axis);
     force += f;
     moment += d.arm.cross(f);
   }
@@ -238,7 +241,7 @@ std::vector<FollowTerm> Follow::outermost_first() const {
 void BodyLoads::add(const State&, Assembler& assembler) const {
   for (const LoadTerm& term : terms_) {
     const int d = static_cast<int>(term.dof);
-    assembler.add_force(bodies_.node(term.body), d / 3, -value(term) * Vec3::Unit(d % 3));
+    assembler.add_force(bodies_.node(term.body), d / 3, -value(term) * bodies_.unit_force(term.body, d % 3));
   }
 }
 
@@ -246,7 +249,8 @@ double BodyLoads::energy(const State& state) const {
   double sum = 0;
   for (const LoadTerm& term : terms_)
     if (static_cast<int>(term.dof) < 3)
-      sum -= value(term) * bodies_.pose(state, term.body).position[static_cast<int>(term.dof)];
+      sum -=
+          value(term) * bodies_.in_dofs(term.body, bodies_.pose(state, term.body).position)[static_cast<int>(term.dof)];
   return sum;
 }
 

@@ -24,8 +24,16 @@ struct Pose {
 /// The bodies of a scene and where their unknowns stand: body i is node i of the layout.
 class RigidBodies {
  public:
-  /// Adds a node per body to `layout`, which must be empty.
-  RigidBodies(Index n_bodies, Layout& layout);
+  /// Adds a node per body to `layout`, which must be empty. The dofs x, y, z and rx, ry, rz of the first `n_skew`
+  /// bodies count along and about `axes`, the columns, of length 1.
+  RigidBodies(Index n_bodies, Layout& layout, Index n_skew = 0, const Mat3& axes = Mat3::Identity());
+  /// What a vector is in the dofs of a body; and a force in those that are conjugate to them, so that the sum of their
+  /// products is its work.
+  [[nodiscard]] Vec3 in_dofs(Index body, const Vec3& vector) const { return axes(body).inverse() * vector; }
+  [[nodiscard]] Vec3 force_in_dofs(Index body, const Vec3& force) const { return axes(body).transpose() * force; }
+  /// The force that is 1 in dof d (0, 1, 2) of a body and nothing in its others; its product with a vector is the
+  /// vector's in that dof.
+  [[nodiscard]] Vec3 unit_force(Index body, int d) const { return axes(body).inverse().transpose() * Vec3::Unit(d); }
   [[nodiscard]] Index n_bodies() const { return n_bodies_; }
   [[nodiscard]] Index node(Index body) const { return body; }
   /// Dof of the system that holds dof d (x, y, z, rx, ry, rz) of a body.
@@ -43,7 +51,9 @@ class RigidBodies {
   }
 
  private:
-  Index n_bodies_;
+  [[nodiscard]] Mat3 axes(Index body) const { return body < n_skew_ ? axes_ : Mat3(Mat3::Identity()); }
+  Index n_bodies_, n_skew_;
+  Mat3 axes_;
 };
 
 /// Unknown vectors whose mean v̄ is held by a body, ½ k n |e|²:
@@ -101,7 +111,7 @@ struct FollowTerm {
   double stiffness = 0;
 };
 
-/// ½ k (c_f − target)² along the axis, target = c_l + R_l R_l,startᵀ (c_f,start − c_l,start).
+/// ½ k (c_f − target)² in that dof of the follower, target = c_l + R_l R_l,startᵀ (c_f,start − c_l,start).
 class Follow final : public Effect {
  public:
   Follow(const RigidBodies& bodies, std::vector<FollowTerm> terms) : bodies_(bodies), terms_(std::move(terms)) {}

@@ -54,8 +54,10 @@ std::vector<double> body_motion(const StageModel& model, const State& from, cons
   for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
     const Pose p = model.bodies.pose(from, b), q = model.bodies.pose(to, b);
     const Eigen::AngleAxisd turn(q.rotation * p.rotation.transpose());
-    for (const Vec3& v : {Vec3(q.position - p.position), Vec3(turn.angle() * turn.axis())})
-      motion.insert(motion.end(), v.data(), v.data() + 3);
+    for (const Vec3& v : {Vec3(q.position - p.position), Vec3(turn.angle() * turn.axis())}) {
+      const Vec3 dofs = model.bodies.in_dofs(b, v);
+      motion.insert(motion.end(), dofs.data(), dofs.data() + 3);
+    }
   }
   return motion;
 }
@@ -72,14 +74,21 @@ double external_work(const StageModel& model, const std::vector<double>& motion,
 double released_energy(StageModel& at_start, const State& first, double stage_time) {
   StageModel& model = at_start;
   const State& start = model.start;
-  std::vector<double> motion(model.layout.n_dofs(), 0.0);
-  for (std::size_t d = 0; d < motion.size(); ++d)
-    if (d >= model.drives.size() || model.drives[d].kind == DofDrive::Kind::follow)
-      motion[d] = first.q[d / 3][static_cast<Index>(d % 3)] - start.q[d / 3][static_cast<Index>(d % 3)];
+  // Of bodies, what follows; what is driven is held.
+  std::vector<Vec3> motion;
+  for (std::size_t v = 0; v < start.q.size(); ++v) motion.emplace_back(first.q[v] - start.q[v]);
+  for (Index b = 0; b < model.bodies.n_bodies(); ++b) {
+    const Index position = model.layout.first_vector(model.bodies.node(b));
+    Vec3 dofs = model.bodies.in_dofs(b, motion[position]);
+    for (int d = 0; d < 3; ++d)
+      if (model.drives[n_body_dofs * b + d].kind != DofDrive::Kind::follow) dofs[d] = 0;
+    motion[position] = model.layout.change(position, dofs);
+    motion[position + 1].setZero();
+  }
   const auto force_along = [&](const State& state, double at) {
     begin_at(model.effects, start, at);
     const std::vector<double> force = gradient(model, state);
-    return std::inner_product(motion.begin(), motion.end(), force.begin(), 0.0);
+    return std::inner_product(force.begin(), force.end(), motion.front().data(), 0.0);
   };
   const double forces_at_start = force_along(start, 0), forces_at_end = force_along(first, stage_time);
   return -(forces_at_start + 4 * force_along(halfway(start, first), 0.5 * stage_time) - 2 * forces_at_end) / 6;

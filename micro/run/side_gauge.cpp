@@ -45,22 +45,24 @@ void SideGauge::begin_stage(const StageModel& model, const std::array<double, 2>
 SideGauge::Reading SideGauge::read(const StageModel& model, const State& state) const {
   Reading reading;
   for (int d = 0; d < 2 && present_; ++d) {
+    const auto force_along = [&](Index body, const Vec3& force) { return model.bodies.force_in_dofs(body, force)[d]; };
     reading.strain[d] = distance(model, state, d) / reference_[d] - 1;
     if (sides_[d].period >= 0) {
-      reading.force[d] = model.pull(state, sides_[d].period).first[d];
+      reading.force[d] = force_along(sides_[d].period, model.pull(state, sides_[d].period).first);
       continue;
     }
     double pull = 0;
-    for (const Index b : sides_[d].end_yarns) pull += model.ties->pull(state, b).first[d];
-    for (const Index b : sides_[d].start_yarns) pull -= model.ties->pull(state, b).first[d];
+    for (const Index b : sides_[d].end_yarns) pull += force_along(b, model.ties->pull(state, b).first);
+    for (const Index b : sides_[d].start_yarns) pull -= force_along(b, model.ties->pull(state, b).first);
     reading.force[d] = 0.5 * pull;
   }
   return reading;
 }
 
 double SideGauge::distance(const StageModel& model, const State& state, int d) const {
-  if (sides_[d].period >= 0) return model.bodies.pose(state, sides_[d].period).position[d];
-  return model.bodies.pose(state, sides_[d].end).position[d] - model.bodies.pose(state, sides_[d].start).position[d];
+  const auto place = [&](Index body) { return model.bodies.in_dofs(body, model.bodies.pose(state, body).position)[d]; };
+  if (sides_[d].period >= 0) return place(sides_[d].period);
+  return place(sides_[d].end) - place(sides_[d].start);
 }
 
 }  // namespace trame::micro

@@ -127,7 +127,7 @@ NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
     const Weave& weave = *scene.weave;
     const auto& [own, across] =
         is_warp(*test.yarn) ? std::tie(weave.warp, weave.weft) : std::tie(weave.weft, weave.warp);
-    const double most = own.length_across(across);
+    const double most = weave.yarn_length(own, across);
     if (*test.distance > most)
       table.find("distance")->fail(fmt::format("must be at most {:g} m, the length of the yarn", most));
   }

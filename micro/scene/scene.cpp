@@ -248,7 +248,7 @@ std::vector<FiberKind> fiber_kinds(const Scene& scene) {
   for (const BundleSpec& bundle : scene.bundles) add(bundle.type, bundle.points);
   if (!scene.weave) return kinds;
   const auto add_yarns = [&](const YarnSystem& yarns, const YarnSystem& across) {
-    for (const YarnKind& kind : yarns.kinds) kinds.push_back({kind.type, yarns.length_across(across)});
+    for (const YarnKind& kind : yarns.kinds) kinds.push_back({kind.type, scene.weave->yarn_length(yarns, across)});
   };
   add_yarns(scene.weave->warp, scene.weave->weft);
   add_yarns(scene.weave->weft, scene.weave->warp);

@@ -2,7 +2,9 @@
 /// \file
 /// A scene: what is simulated, as checked structs in SI units. `read_scene` turns TOML into one.
 
+#include <cmath>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -71,16 +73,12 @@ struct YarnSystem {
   std::vector<Index> order = {0};  ///< of the kinds, yarn by yarn, repeated
   Index n_yarns = 0;
   Index n_elements = 0;     ///< per fiber
-  double yarn_spacing = 0;  ///< distance between neighbouring yarns (1/sett), m
+  double yarn_spacing = 0;  ///< distance between neighbouring yarns, across them (1/sett), m
   double margin = 0;        ///< yarn length beyond the outermost crossing yarn's axis, m
-  bool periodic = false;    ///< yarns come back to where they start; margins are half a spacing of the crossing yarns
+  bool periodic = false;    ///< yarns come back to where they start; margins are half a pitch of the crossing yarns
 
   [[nodiscard]] const YarnKind& kind_of(Index yarn) const {
     return kinds[order[static_cast<std::size_t>(yarn) % order.size()]];
-  }
-  /// Length of a yarn that crosses yarns of another system.
-  [[nodiscard]] double length_across(const YarnSystem& crossing) const {
-    return (crossing.n_yarns - 1) * crossing.yarn_spacing + 2 * margin;
   }
   [[nodiscard]] std::int64_t n_fibers() const {  ///< of all yarns
     std::int64_t n = 0;
@@ -91,13 +89,27 @@ struct YarnSystem {
   bool operator==(const YarnSystem&) const = default;
 };
 
-/// Warp yarns run along x, weft yarns along y, z is the thickness direction; the patch is centred on the origin. Where
-/// a system is periodic, the patch is a cell that goes on along its yarns with the next one (micro/periodic/README.md).
-/// `warp_above[i][j]` is true where warp yarn j passes above weft yarn i.
+/// Warp yarns run along x, weft yarns at an angle to them, along y where nothing else is said, z is the thickness
+/// direction; the patch is centred on the origin. Where a system is periodic, the patch is a cell that goes on along
+/// its yarns with the next one (micro/periodic/README.md). `warp_above[i][j]` is true where warp yarn j passes above
+/// weft yarn i.
 struct Weave {
   std::vector<std::vector<bool>> warp_above;  ///< weft n_yarns × warp n_yarns
   YarnSystem warp, weft;
+  double angle = std::numbers::pi / 2;  ///< from the warp to the weft, rad
 
+  /// To the digit at a right angle.
+  [[nodiscard]] Vec3 weft_direction() const {
+    const double lean = std::numbers::pi / 2 - angle;
+    return {std::sin(lean), std::cos(lean), 0};
+  }
+  [[nodiscard]] bool is_skew() const { return angle != Weave{}.angle; }
+  /// Distance of neighbouring yarns of a system along the yarns that they cross.
+  [[nodiscard]] double pitch(const YarnSystem& yarns) const { return yarns.yarn_spacing / weft_direction().y(); }
+  /// Length of the yarns of a system that crosses another one.
+  [[nodiscard]] double yarn_length(const YarnSystem& yarns, const YarnSystem& crossing) const {
+    return (crossing.n_yarns - 1) * pitch(crossing) + 2 * yarns.margin;
+  }
   [[nodiscard]] bool is_periodic() const { return warp.periodic || weft.periodic; }
   bool operator==(const Weave&) const = default;
 };

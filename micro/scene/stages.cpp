@@ -254,6 +254,11 @@ std::vector<Drive> make_drives(const SceneValue& table, const DriveInput& input,
   if (direction.isZero(0)) table.find(name)->fail("must not be zero");
   if (input.strain || input.force_per_width || input.follow)
     table.find(name)->fail("is for displacements and forces; strain, force_per_width and follow must have a dof");
+  if (weave && weave->is_skew())
+    for (const Index body : NameTable(weave_body_names(*weave)).fitting(bodies))
+      table.find(name)->fail(
+          fmt::format("\"{}\" must have a dof: those of a skew weave's bodies, x and y, are along warp and weft",
+                      weave_body_names(*weave)[body]));
   for (int d = 0; d < 3; ++d) {
     drives.push_back(make_drive(table, input, weave, bodies, static_cast<BodyDof>(input.along ? d : d + 3)));
     drives.back().value *= direction.normalized()[d];

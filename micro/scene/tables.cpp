@@ -145,7 +145,10 @@ std::vector<Key<WeaveInput>> weave_keys() {
              "of a satin: from one interlacing to the next; at most harnesses - 2, without a common divisor"),
       key<T>("periodic", &T::periodic, periodic_systems(),
              "yarns leave the cell on one side and come in on the other as themselves: all, or those of one system; "
-             "a whole number of repeats, without edges. Bodies cell/warp and cell/weft are the periods")};
+             "a whole number of repeats, without edges. Bodies cell/warp and cell/weft are the periods"),
+      key<T>("angle", &T::angle, crossing_angle(),
+             "from the warp, which runs along x, to the weft, counterclockwise: of a braid twice the braid angle. The "
+             "bodies of the weave have their x and y along warp and weft; spacings and setts are across the yarns")};
 }
 
 namespace {

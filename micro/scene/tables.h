@@ -51,6 +51,7 @@ struct WeaveInput {
   Index harnesses = 5, step = 2;
   Index first_warp = 1, first_weft = 1;
   std::array<bool, 2> periodic{};  ///< warp, weft
+  double angle = Weave{}.angle;
 };
 /// What [[body.surface]] says; which keys belong to which shape is checked where it is read.
 struct SurfaceInput {

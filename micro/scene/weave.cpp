@@ -312,14 +312,15 @@ void check_turns(const SceneValue& table, double length, const YarnSystem& yarns
 }
 
 /// Margin and elements, which go by the crossing yarns.
-void fit_to_crossing(const SceneValue& table, const Scene& scene, const YarnSystemInput& input,
+void fit_to_crossing(const SceneValue& table, const Scene& scene, const YarnSystemInput& input, const Weave& weave,
                      const YarnSystem& crossing, YarnSystem& yarns) {
   constexpr double diameters = 2.5, elements_a_crossing = 4, elements_a_turn = 10;
   if (yarns.periodic) refuse(table, {"margin"}, "yarns of a periodic cell have no ends");
-  yarns.margin = yarns.periodic ? 0.5 * crossing.yarn_spacing : input.margin.value_or(crossing.yarn_spacing);
-  const double length = yarns.length_across(crossing);
+  const double pitch = weave.pitch(crossing);
+  yarns.margin = yarns.periodic ? 0.5 * pitch : input.margin.value_or(pitch);
+  const double length = weave.yarn_length(yarns, crossing);
   if (yarns.periodic) check_turns(table, length, yarns);
-  double most = crossing.yarn_spacing / elements_a_crossing, most_for_twist = std::numeric_limits<double>::infinity();
+  double most = pitch / elements_a_crossing, most_for_twist = std::numeric_limits<double>::infinity();
   for (const YarnKind& kind : yarns.kinds) {
     most = std::min(most, diameters * 2 * scene.fiber_types[kind.type].radius);
     if (kind.twist != 0) most_for_twist = std::min(most_for_twist, 1 / (elements_a_turn * std::abs(kind.twist)));
@@ -350,6 +351,19 @@ Kind<WeavePattern> pattern_matrix() { return {matrix_allowed, read_matrix, {}}; 
 
 Kind<WeavePattern> pattern_picture() {
   return {fmt::format("{}, or one text with a row a line", picture_allowed), read_picture, {}};
+}
+
+Kind<double> crossing_angle() {
+  constexpr double least = 15, most = 165, degree = std::numbers::pi / 180;
+  const std::string allowed = fmt::format("an angle of {:g} to {:g} deg, such as \"60 deg\"", least, most);
+  return {allowed,
+          [allowed](const SceneValue& value) {
+            const double read = value.quantity(angle, any());
+            constexpr double hair = 1e-9;
+            if (read < least * degree - hair || read > most * degree + hair) value.fail("must be " + allowed);
+            return std::abs(read - Weave{}.angle) < hair ? Weave{}.angle : read;
+          },
+          [](double value) { return fmt::format("{:g} deg", value / degree); }};
 }
 
 std::string picture_instead(const std::string& pattern_file, const Weave& weave, Index first_weft, Index first_warp) {
@@ -388,8 +402,9 @@ Weave read_weave(const SceneValue& table, const Scene& scene, const std::vector<
   weave.weft = read_yarns(table, "weft", scene, kinds, weft);
   weave.warp.periodic = input.periodic[0];
   weave.weft.periodic = input.periodic[1];
-  fit_to_crossing(*table.find("warp"), scene, warp, weave.weft, weave.warp);
-  fit_to_crossing(*table.find("weft"), scene, weft, weave.warp, weave.weft);
+  weave.angle = input.angle;
+  fit_to_crossing(*table.find("warp"), scene, warp, weave, weave.weft, weave.warp);
+  fit_to_crossing(*table.find("weft"), scene, weft, weave, weave.warp, weave.weft);
   const Index n_weft = weave.weft.n_yarns, n_warp = weave.warp.n_yarns;
   weave.warp_above = input.pattern_file ? read_draft_of(table, input, folder, n_weft, n_warp)
                                         : continued(make_pattern(table, input), n_weft, n_warp, input.first_weft - 1,

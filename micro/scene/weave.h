@@ -21,6 +21,9 @@ namespace trame::micro {
 /// Rows of X and dots, as a list or as lines of one text.
 [[nodiscard]] Kind<WeavePattern> pattern_picture();
 
+/// The angle from the warp to the weft: not so small that yarns hardly cross.
+[[nodiscard]] Kind<double> crossing_angle();
+
 /// Kinds of yarn that [yarn.NAME] describes. Needs the fiber types of `scene`.
 [[nodiscard]] std::vector<YarnKind> read_yarn_kinds(const SceneValue& root, const Scene& scene);
 

@@ -149,7 +149,7 @@ bool NewtonSolver::seen_unstable(Effects& effects, const PrescribedMotion& presc
 void NewtonSolver::try_step(const State& state, double alpha) {
   retract(layout_, state, finder_.step(), alpha, trial_);
   for (Index v = 0; v < layout_.n_vectors(); ++v)
-    last_step_[v] = alpha * Eigen::Map<const Vec3>(finder_.step().data() + 3 * v);
+    last_step_[v] = alpha * layout_.change(v, Eigen::Map<const Vec3>(finder_.step().data() + 3 * v));
 }
 
 double NewtonSolver::slope(const PrescribedMotion& prescribed) const {

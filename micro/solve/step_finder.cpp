@@ -80,6 +80,7 @@ void StepFinder::set_up(const StepProblem& problem, Assembler::Tangent tangent) 
   unsymmetric_.clear();
   if (!problem.renews_limits || problem.remaining > 0 || indefinite_) return;
   for (const auto& effect : problem.effects) effect->add_unsymmetric(problem.state, unsymmetric_);
+  unsymmetric_.change_each([&](Index v, const Vec3& value) { return system_.layout().force_on_dofs(v, value); });
   unsymmetric_.leave_out(problem.prescribed.fixed);
 }
 

@@ -25,12 +25,11 @@ Mat3 rotation_matrix(const Vec3& rotation_vector) {
 void retract(const Layout& layout, const State& state, std::span<const double> step, double alpha, State& result) {
   result.q.resize(state.q.size());
   result.rotations.resize(state.rotations.size());
-  for (std::size_t v = 0; v < state.q.size(); ++v)
-    result.q[v] = state.q[v] + alpha * Eigen::Map<const Vec3>(step.data() + 3 * v);
+  const auto change = [&](Index v) { return layout.change(v, Eigen::Map<const Vec3>(step.data() + 3 * v)); };
+  for (std::size_t v = 0; v < state.q.size(); ++v) result.q[v] = state.q[v] + alpha * change(static_cast<Index>(v));
   const auto& rotation_vectors = layout.rotation_vectors();
   for (std::size_t i = 0; i < rotation_vectors.size(); ++i)
-    result.rotations[i] =
-        rotation_matrix(alpha * Eigen::Map<const Vec3>(step.data() + 3 * rotation_vectors[i])) * state.rotations[i];
+    result.rotations[i] = rotation_matrix(alpha * change(rotation_vectors[i])) * state.rotations[i];
 }
 
 void Pattern::Builder::add_clique(std::span<const Index> nodes) {

@@ -27,6 +27,23 @@ class Layout {
     return static_cast<Index>(rotation_vectors_.size()) - 1;
   }
 
+  /// The dofs of the first n nodes count along these axes, the columns, instead of x, y and z; their vectors in a state
+  /// do not.
+  void set_axes(Index n_nodes, const Mat3& axes) {
+    n_skew_nodes_ = n_nodes;
+    skew_axes_ = axes;
+  }
+  [[nodiscard]] Index n_skew_nodes() const { return n_skew_nodes_; }
+  [[nodiscard]] const Mat3& skew_axes() const { return skew_axes_; }
+  /// What `dofs` change a vector by.
+  [[nodiscard]] Vec3 change(Index vector, const Vec3& dofs) const {
+    return vector < first_vector_[n_skew_nodes_] ? Vec3(skew_axes_ * dofs) : dofs;
+  }
+  /// What a force on a vector is for its dofs.
+  [[nodiscard]] Vec3 force_on_dofs(Index vector, const Vec3& force) const {
+    return vector < first_vector_[n_skew_nodes_] ? Vec3(skew_axes_.transpose() * force) : force;
+  }
+
   [[nodiscard]] Index n_nodes() const { return static_cast<Index>(first_vector_.size()) - 1; }
   [[nodiscard]] Index n_vectors() const { return first_vector_.back(); }
   [[nodiscard]] Index n_vectors(Index node) const { return first_vector_[node + 1] - first_vector_[node]; }
@@ -38,6 +55,8 @@ class Layout {
  private:
   std::vector<Index> first_vector_ = {0};
   std::vector<Index> rotation_vectors_;
+  Index n_skew_nodes_ = 0;
+  Mat3 skew_axes_ = Mat3::Identity();
 };
 
 /// Values of all unknowns.

@@ -54,6 +54,28 @@ void TangentSystem::assemble(const Effects& effects, const State& state, std::sp
       effect->add(state, assembler);
     }
   }
+  turn_to_dofs(tangent != Assembler::Tangent::none);
+}
+
+void TangentSystem::turn_to_dofs(bool with_tangent) {
+  const Index n_nodes = layout_.n_skew_nodes();
+  const Mat3& axes = layout_.skew_axes();
+  for (Index v = 0; v < layout_.first_vector(n_nodes); ++v) {
+    Eigen::Map<Vec3> force(force_.data() + 3 * v);
+    force = axes.transpose() * Vec3(force);
+  }
+  for (Index j = 0; j < n_nodes && with_tangent; ++j) {
+    const Index width = pattern_.width(j);
+    Eigen::Map<Eigen::MatrixXd> columns(values_.data() + pattern_.value_start(j), pattern_.column_height(j), width);
+    const Eigen::MatrixXd diagonal = columns.topRows(width).selfadjointView<Eigen::Lower>();
+    columns.topRows(width) = diagonal;
+    for (Index c = 0; c < width; c += 3) columns.middleCols<3>(c) = (columns.middleCols<3>(c) * axes).eval();
+    Index n_skew_rows = 0;  // the first ones, as all other nodes come after them
+    for (const Index i : pattern_.rows(j))
+      if (i < n_nodes) n_skew_rows += pattern_.width(i);
+    for (Index r = 0; r < n_skew_rows; r += 3)
+      columns.middleRows<3>(r) = (axes.transpose() * columns.middleRows<3>(r)).eval();
+  }
 }
 
 void TangentSystem::impose(const PrescribedMotion& prescribed, double remaining, std::span<double> right_side) {

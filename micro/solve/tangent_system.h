@@ -59,6 +59,9 @@ class TangentSystem {
   [[nodiscard]] std::pair<double, double> diagonal_forces(const State& state) const;
 
  private:
+  /// Turns what effects have added, by x, y and z, into forces and stiffness of dofs that count along other axes.
+  void turn_to_dofs(bool with_tangent);
+
   const Layout& layout_;
   int n_threads_;
   Timers& timers_;

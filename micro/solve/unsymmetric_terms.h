@@ -28,6 +28,12 @@ class UnsymmetricTerms {
   }
   [[nodiscard]] bool empty() const { return terms_.empty(); }
 
+  /// Takes each value of each vector to change(vector, value).
+  template <class Change>
+  void change_each(const Change& change) {
+    for (auto* parts : {&left_, &right_})
+      for (Part& part : *parts) part.value = change(part.vector, part.value);
+  }
   /// Rows of dofs that are not free vanish.
   void leave_out(std::span<const char> fixed) {
     for (Part& part : left_)

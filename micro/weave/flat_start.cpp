@@ -125,57 +125,62 @@ void close_fiber(Assembly& assembly, const Vec3& period) {
 
 /// One yarn system of the weave: its yarns, a body at each yarn end, a body at each side of the patch; or, where yarns
 /// come back to where they start, one that stands for their period.
-void append_yarn_system(Assembly& assembly, const Scene& scene, const YarnSystem& system, double half_length,
-                        bool is_warp) {
+void append_yarn_system(Assembly& assembly, const Scene& scene, const Weave& weave, bool is_warp) {
+  const YarnSystem &system = is_warp ? weave.warp : weave.weft, &crossing = is_warp ? weave.weft : weave.warp;
   const std::string family = is_warp ? "warp" : "weft";
-  const auto place = [&](double along, double across, double z) {
-    return is_warp ? Vec3(along, across, z) : Vec3(across, along, z);
-  };
+  const double half_length = 0.5 * weave.pitch(crossing) * (crossing.n_yarns - 1) + system.margin;
+  const Vec3 weft = weave.weft_direction(), warp = Vec3::UnitX(), along = is_warp ? warp : weft,
+             across = is_warp ? Vec3::UnitY() : Vec3(weft.y(), -weft.x(), 0);
+  // Yarns are laid side by side along those that they cross; fibers in a yarn across it.
+  const double pitch = weave.pitch(system);
   for (Index yarn = 0; yarn < system.n_yarns; ++yarn) {
-    const double across = system.yarn_spacing * (yarn - 0.5 * (system.n_yarns - 1));
+    const Vec3 middle = pitch * (yarn - 0.5 * (system.n_yarns - 1)) * (is_warp ? weft : warp);
+    const auto place = [&](double s, const Vec2& c) -> Vec3 {
+      return middle + c[0] * across + s * along + c[1] * Vec3::UnitZ();
+    };
     const std::string name = family + "/" + std::to_string(yarn + 1);
     begin_yarn(assembly, name, is_warp ? YarnFamily::warp : YarnFamily::weft);
     const Index first_fiber = assembly.mesh.n_fibers();
     const int period = is_warp ? 0 : 1;
     const YarnKind& kind = system.kind_of(yarn);
     for (const Vec2& c : yarn_section(kind, scene.fiber_types[kind.type].radius, yarn)) {
-      const Vec3 from = place(-half_length, across + c[0], c[1]), to = place(half_length, across + c[0], c[1]);
+      const Vec3 from = place(-half_length, c), to = place(half_length, c);
       const Curve straight = [&](double t) -> Vec3 { return from + t * (to - from); };
       // Z twist is a right-handed screw; across and z turn the other way round a weft yarn.
       const double turns = 2 * half_length * kind.twist * (is_warp ? 1 : -1);
       const Curve helix = [&](double t) -> Vec3 {
-        const Vec2 turned = Eigen::Rotation2Dd(2 * std::numbers::pi * turns * t) * c;
-        return place((2 * t - 1) * half_length, across + turned[0], turned[1]);
+        return place((2 * t - 1) * half_length, Eigen::Rotation2Dd(2 * std::numbers::pi * turns * t) * c);
       };
       append_fiber(assembly, scene, turns == 0 ? straight : helix, system.n_elements, kind.type, Vec3::UnitZ());
       assembly.mesh.period_of_fiber.push_back(system.periodic ? period : -1);
-      if (system.periodic) close_fiber(assembly, place(2 * half_length, 0, 0));
+      if (system.periodic) close_fiber(assembly, 2 * half_length * along);
     }
     if (system.periodic) continue;
     for (const FiberEnd end : {FiberEnd::start, FiberEnd::end}) {
       const bool start = end == FiberEnd::start;
-      const Index body =
-          add_body(assembly, name + (start ? "/start" : "/end"), place(start ? -half_length : half_length, across, 0));
+      const Index body = add_body(assembly, name + (start ? "/start" : "/end"),
+                                  place(start ? -half_length : half_length, Vec2::Zero()));
       for (Index f = first_fiber; f < assembly.mesh.n_fibers(); ++f)
         assembly.ties.push_back({body, f, end, TieKind::clamped});
     }
   }
   if (system.periodic) {
-    assembly.period_bodies[is_warp ? 0 : 1] = add_body(assembly, period_name(is_warp), place(2 * half_length, 0, 0));
+    assembly.period_bodies[is_warp ? 0 : 1] = add_body(assembly, period_name(is_warp), 2 * half_length * along);
     return;
   }
-  add_body(assembly, "side/" + family + "/start", place(-half_length, 0, 0));
-  add_body(assembly, "side/" + family + "/end", place(half_length, 0, 0));
+  add_body(assembly, "side/" + family + "/start", -half_length * along);
+  add_body(assembly, "side/" + family + "/end", half_length * along);
 }
 
 void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
   const Index first_yarn = static_cast<Index>(assembly.mesh.yarns.size());
-  const auto half_length = [](const YarnSystem& yarns, const YarnSystem& crossing) {
-    return 0.5 * crossing.yarn_spacing * (crossing.n_yarns - 1) + yarns.margin;
-  };
   assembly.mesh.period_of_fiber.assign(assembly.mesh.n_fibers(), -1);
-  append_yarn_system(assembly, scene, weave.warp, half_length(weave.warp, weave.weft), true);
-  append_yarn_system(assembly, scene, weave.weft, half_length(weave.weft, weave.warp), false);
+  append_yarn_system(assembly, scene, weave, true);
+  append_yarn_system(assembly, scene, weave, false);
+  if (weave.is_skew()) {
+    assembly.n_skew_bodies = static_cast<Index>(assembly.body_names.size());
+    assembly.skew_axes.col(1) = weave.weft_direction();
+  }
   for (Index i = 0; i < weave.weft.n_yarns; ++i)
     for (Index j = 0; j < weave.warp.n_yarns; ++j)
       assembly.crossings.push_back({first_yarn + j, first_yarn + weave.warp.n_yarns + i, weave.warp_above[i][j]});

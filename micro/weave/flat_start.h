@@ -34,6 +34,8 @@ struct Assembly {
   std::vector<Vec3> body_positions;
   std::vector<EndTie> ties;
   std::vector<WeaveCrossing> crossings;
+  Index n_skew_bodies = 0;  ///< the first of them, whose dofs count along `skew_axes`: warp, weft and z
+  Mat3 skew_axes = Mat3::Identity();
   std::array<Index, 2> period_bodies{-1, -1};  ///< whose positions are the period vectors of a cell; negative: none
   double flat_height =
       0;  ///< largest height of a warp plus that of a weft yarn, half of each: their overlap at the start

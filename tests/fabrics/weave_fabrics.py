@@ -31,7 +31,6 @@ KNOWN = {
 # What of the usual list cannot be written down as a scene.
 NOT_WRITTEN = {
     "leno": "warps that twist about each other: yarns lie above or below, crossing by crossing",
-    "braid at 30°, 45°, 60°": "warp and weft cross at right angles",
     "triaxial braid": "three systems",
     "orthogonal interlock": "several layers of weft",
     "angle interlock": "several layers of weft",

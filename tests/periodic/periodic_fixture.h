@@ -19,6 +19,7 @@ struct CellOptions {
   int weft_elements = 1;  ///< times that, of the weft
   bool is_strip = false;  ///< the warp has two ends
   double spacing = 1.95, rise = 1.95;
+  double angle = Weave{}.angle;  ///< from the warp to the weft
 };
 inline Scene cell_scene(const CellOptions& o) {
   Scene scene;
@@ -26,13 +27,14 @@ inline Scene cell_scene(const CellOptions& o) {
   scene.materials = {isotropic(1, 0.25)};
   scene.fiber_types = {{"f", 0, 1.0, o.model}};
   Weave weave;
-  const auto system = [](Index n, Index n_elements, double spacing, double crossing_spacing) {
+  weave.angle = o.angle;
+  const auto system = [&](Index n, Index n_elements, double spacing, double crossing_spacing) {
     YarnSystem yarns;
     yarns.kinds = {{.type = 0, .n_fibers = 1}};
     yarns.n_yarns = n;
     yarns.n_elements = n_elements;
     yarns.yarn_spacing = spacing;
-    yarns.margin = 0.5 * crossing_spacing;
+    yarns.margin = 0.5 * crossing_spacing / weave.weft_direction().y();
     yarns.periodic = true;
     return yarns;
   };

@@ -66,6 +66,22 @@ struct Assembled {
   Eigen::MatrixXd tangent;
 };
 
+/// The symmetric matrix whose lower triangle is stored.
+inline Eigen::MatrixXd dense(const Layout& layout, const Pattern& pattern, const std::vector<double>& values) {
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(layout.n_dofs(), layout.n_dofs());
+  for (Index j = 0; j < layout.n_nodes(); ++j)
+    for (Index c = 0; c < 3 * layout.n_vectors(j); ++c)
+      for (const Index i : pattern.rows(j))
+        for (Index r = 0; r < 3 * layout.n_vectors(i); ++r) {
+          const Index row = layout.first_dof(i) + r, column = layout.first_dof(j) + c;
+          if (row < column) continue;
+          matrix(row, column) = matrix(column, row) =
+              values[pattern.value_start(j) + static_cast<std::size_t>(c) * pattern.column_height(j) +
+                     pattern.row_offset(i, j) + r];
+        }
+  return matrix;
+}
+
 /// Gradient and dense symmetric tangent of one effect, both at expected stresses where there is a last step.
 inline Assembled assemble(const Effect& effect, const Layout& layout, const State& state,
                           Assembler::Tangent kind = Assembler::Tangent::exact, const Vec3* last_step = nullptr) {
@@ -76,20 +92,7 @@ inline Assembled assemble(const Effect& effect, const Layout& layout, const Stat
   Assembler assembler(layout, &pattern, 0, layout.n_nodes(), force.data(), magnitude.data(), values.data(), kind);
   assembler.set_last_step(last_step, Assembler::Stress::expected);
   effect.add(state, assembler);
-  Assembled result;
-  result.force = Eigen::Map<Eigen::VectorXd>(force.data(), layout.n_dofs());
-  result.tangent.setZero(layout.n_dofs(), layout.n_dofs());
-  for (Index j = 0; j < layout.n_nodes(); ++j)
-    for (Index c = 0; c < 3 * layout.n_vectors(j); ++c)
-      for (const Index i : pattern.rows(j))
-        for (Index r = 0; r < 3 * layout.n_vectors(i); ++r) {
-          const Index row = layout.first_dof(i) + r, column = layout.first_dof(j) + c;
-          if (row < column) continue;
-          result.tangent(row, column) = result.tangent(column, row) =
-              values[pattern.value_start(j) + static_cast<std::size_t>(c) * pattern.column_height(j) +
-                     pattern.row_offset(i, j) + r];
-        }
-  return result;
+  return {Eigen::Map<Eigen::VectorXd>(force.data(), layout.n_dofs()), dense(layout, pattern, values)};
 }
 
 /// Along random directions v: E(q ⊕ hv) has slope f·v and curvature v·K v, both against central differences whose error

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "micro/scene/named_test.h"
+#include "micro/scene/weave.h"
 #include "workflows/program/csv.h"
 
 namespace trame::workflows {
@@ -80,10 +81,11 @@ std::optional<Curve> plate_curve(const CurvesTable& table, const std::optional<m
     reaction[side] = *bears;
   }
   const auto [across_warp, across_weft] = side_widths(*scene->weave);
+  const double area = across_warp * across_weft / scene->weave->weft_direction().y();
   Curve curve{"plates", "m", "Pa", {}, {}, true};
   for (const CurvesTable::Row& row : table.rows)
     curve.points.push_back({row.stage, row.stage_time, row.values[motion[1]] - row.values[motion[0]],
-                            0.5 * (row.values[reaction[1]] - row.values[reaction[0]]) / (across_warp * across_weft)});
+                            0.5 * (row.values[reaction[1]] - row.values[reaction[0]]) / area});
   curve.stages = driving_stages(*scene, std::string(micro::plate_names[0]), micro::BodyDof::z);
   return curve.stages.empty() ? std::nullopt : std::optional(curve);
 }
@@ -188,7 +190,7 @@ std::vector<std::size_t> turns_of(const std::vector<Point>& points, std::size_t 
 }  // namespace
 
 std::array<double, 2> side_widths(const micro::Weave& weave) {
-  return {weave.warp.n_yarns * weave.warp.yarn_spacing, weave.weft.n_yarns * weave.weft.yarn_spacing};
+  return {micro::cell_width(weave, true), micro::cell_width(weave, false)};
 }
 
 std::vector<Curve> curves_of(const CurvesTable& table, const std::optional<micro::Scene>& scene) {

@@ -96,7 +96,7 @@ def _evaluated(fabric, name, keys, run):
         force, labels = table["cell/weft.x_N"] / widths[1], ("shear angle (°)", "shear force per width (N/m)")
     elif stage == "compaction":
         motion = 1e6 * (table["plate/lower.z_m"] - table["plate/upper.z_m"])
-        force = 1e-3 * 0.5 * (table["plate/lower.z_N"] - table["plate/upper.z_N"]) / (widths[0] * widths[1])
+        force = 1e-3 * 0.5 * (table["plate/lower.z_N"] - table["plate/upper.z_N"]) / run.area()
         labels = "plates closed in (µm)", "pressure (kPa)"
     else:
         motion, force = 1e6 * table[f"{keys['yarn']}/end.x_m"], 1e3 * table[f"{keys['yarn']}/end.x_N"]

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from .curves import curves_of, read_table
-from .scene import spacing_of
+from .scene import angle_of, spacing_of
 
 families = ("warp", "weft", "free")
 
@@ -115,6 +115,11 @@ class Run:
         if not weave:
             return None
         return tuple(weave[f]["yarns"] * spacing_of(weave[f]) for f in ("warp", "weft"))
+
+    def area(self):
+        """Of the fabric on which plates press, m²; nothing without a weave."""
+        weave, widths = self.scene().get("weave", {}), self.widths()
+        return widths and widths[0] * widths[1] / np.sin(angle_of(weave.get("angle", "90 deg")))
 
     def curve(self, name):
         """One reaction over its motion, such as "right, x" or "warp sides" (N/m over strain)."""

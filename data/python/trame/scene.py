@@ -2,6 +2,7 @@
 
 import copy
 import json
+import math
 import re
 
 _plain_key = re.compile(r"[A-Za-z0-9_-]+")
@@ -86,6 +87,15 @@ def length_of(value):
     if unit.strip() not in _metres:
         raise ValueError(f"{value}: must be a number and a unit of {', '.join(_metres)}")
     return float(number) * _metres[unit.strip()]
+
+
+def angle_of(value):
+    """Of a text such as "60 deg", rad."""
+    number, _, unit = value.strip().partition(" ")
+    radians = {"rad": 1, "deg": math.pi / 180}
+    if unit.strip() not in radians:
+        raise ValueError(f"{value}: must be a number and a unit of {', '.join(radians)}")
+    return float(number) * radians[unit.strip()]
 
 
 def spacing_of(system):
