@@ -243,7 +243,8 @@ Comparison YarnComparer::complete(StateStrains strains) const {
                [&](std::size_t y) { yarns[y].emplace(compare_yarn(y, reference, strains)); });
   for (auto& yarn : yarns) result.yarns.push_back(std::move(*yarn));
   result.b = std::move(strains.b);
-  result.fabric = fabric_facts(states_.header().mesh, result.b.fibers, fiber_densities(states_.header()));
+  result.fabric = fabric_facts(states_.header().mesh, result.b.fibers, fiber_densities(states_.header()),
+                               weft_layers(states_.header()));
   return result;
 }
 

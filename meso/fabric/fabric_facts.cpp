@@ -44,9 +44,17 @@ struct Span {
 struct Crossings {
   std::vector<Index> warp, weft;          ///< yarns
   std::vector<std::vector<Crossing>> at;  ///< of each weft yarn with each warp yarn; the warp's curve is the first
+  Index n_layers = 1;                     ///< weft yarns in a row that lie above each other: a column
 
   [[nodiscard]] Index n_warp() const { return static_cast<Index>(warp.size()); }
   [[nodiscard]] Index n_weft() const { return static_cast<Index>(weft.size()); }
+  [[nodiscard]] Index n_columns() const { return n_weft() / n_layers; }
+  /// Of the layers of a column, below how many a warp yarn is above.
+  [[nodiscard]] Index level(Index column, Index warp_yarn) const {
+    Index level = 0;
+    for (Index i = column * n_layers; i < (column + 1) * n_layers; ++i) level += at[i][warp_yarn].above ? 1 : 0;
+    return level;
+  }
 };
 
 /// Puts yarns in the order of the fractions at which one of the other family meets them.
@@ -55,7 +63,7 @@ void order_yarns(std::vector<Index>& order, const Fraction& fraction) {
   std::sort(order.begin(), order.end(), [&](Index k, Index l) { return fraction(k) < fraction(l); });
 }
 
-std::optional<Crossings> crossings_of(const FiberMesh& mesh, const FiberConfiguration& fibers) {
+std::optional<Crossings> crossings_of(const FiberMesh& mesh, const FiberConfiguration& fibers, Index n_layers) {
   Crossings found;
   std::vector<std::vector<Vec3>> warp_curves, weft_curves;
   for (Index y = 0; y < static_cast<Index>(mesh.yarns.size()); ++y) {
@@ -64,7 +72,7 @@ std::optional<Crossings> crossings_of(const FiberMesh& mesh, const FiberConfigur
     (is_warp ? found.warp : found.weft).push_back(y);
     (is_warp ? warp_curves : weft_curves).push_back(mean_curve(mesh, fibers, y));
   }
-  if (found.n_warp() < 2 || found.n_weft() < 2) return std::nullopt;
+  if (found.n_warp() < 2 || found.n_weft() < 2 * n_layers) return std::nullopt;
   std::vector<std::vector<Crossing>> at(weft_curves.size());
   for (std::size_t i = 0; i < weft_curves.size(); ++i)
     for (const auto& warp_curve : warp_curves) {
@@ -78,6 +86,7 @@ std::optional<Crossings> crossings_of(const FiberMesh& mesh, const FiberConfigur
   order_yarns(columns, [&](Index j) { return at[0][j].second_fraction; });
   order_yarns(rows, [&](Index i) { return at[i][0].first_fraction; });
   Crossings ordered;
+  ordered.n_layers = n_layers;
   for (const Index j : columns) ordered.warp.push_back(found.warp[j]);
   for (const Index i : rows) {
     ordered.weft.push_back(found.weft[i]);
@@ -87,7 +96,7 @@ std::optional<Crossings> crossings_of(const FiberMesh& mesh, const FiberConfigur
   return ordered;
 }
 
-/// The lattice that fits the crossings best: yarn j of the warp meets yarn i of the weft near origin + j a + i b.
+/// The lattice that fits the crossings best: yarn j of the warp meets column i of the weft near origin + j a + i b.
 struct Lattice {
   Vec2 origin = Vec2::Zero(), a = Vec2::Zero(), b = Vec2::Zero();
 
@@ -101,7 +110,8 @@ struct Lattice {
 };
 
 Lattice lattice_of(const Crossings& crossings) {
-  const Index n_warp = crossings.n_warp(), n_weft = crossings.n_weft();
+  const Index n_warp = crossings.n_warp(), n_weft = crossings.n_weft(), n_layers = crossings.n_layers,
+              n_columns = crossings.n_columns();
   Lattice lattice;
   Vec2 centre = Vec2::Zero();
   for (const auto& row : crossings.at) {
@@ -109,8 +119,10 @@ Lattice lattice_of(const Crossings& crossings) {
     for (const Crossing& crossing : row) centre += crossing.position / (n_warp * n_weft);
   }
   for (Index j = 0; j < n_warp; ++j)
-    lattice.b += (crossings.at.back()[j].position - crossings.at.front()[j].position) / (n_warp * (n_weft - 1));
-  lattice.origin = centre - 0.5 * (n_warp - 1) * lattice.a - 0.5 * (n_weft - 1) * lattice.b;
+    for (Index layer = 0; layer < n_layers; ++layer)
+      lattice.b += (crossings.at[n_weft - n_layers + layer][j].position - crossings.at[layer][j].position) /
+                   (n_warp * n_layers * (n_columns - 1));
+  lattice.origin = centre - 0.5 * (n_warp - 1) * lattice.a - 0.5 * (n_columns - 1) * lattice.b;
   return lattice;
 }
 
@@ -188,26 +200,27 @@ std::vector<std::vector<FiberPoint>> points_of_fibers(const FiberMesh& mesh, con
 class Heights {
  public:
   Heights(const Crossings& crossings, const Lattice& lattice, const std::vector<std::vector<FiberPoint>>& points)
-      : crossings_(crossings), cells_(static_cast<std::size_t>(crossings.n_weft()),
+      : crossings_(crossings), cells_(static_cast<std::size_t>(crossings.n_columns()),
                                       std::vector<Range>(static_cast<std::size_t>(crossings.n_warp()))) {
     for (const auto& fiber : points)
       for (const FiberPoint& point : fiber) {
         all_.take(point);
         const Vec2 at = lattice.coordinates(point.r.head<2>());
         const auto j = static_cast<Index>(std::lround(at[0])), i = static_cast<Index>(std::lround(at[1]));
-        if (i >= 0 && j >= 0 && i < crossings.n_weft() && j < crossings.n_warp()) cells_[i][j].take(point);
+        if (i >= 0 && j >= 0 && i < crossings.n_columns() && j < crossings.n_warp()) cells_[i][j].take(point);
       }
   }
 
   [[nodiscard]] double of_all() const { return all_.high - all_.low; }
-  /// Between the mean of the crowns of the system whose crowns are the highest, and the same below.
+  /// Between the mean of the crowns of the highest kind, and the same below: where warp yarns are above all, or so many
+  /// layers of weft.
   [[nodiscard]] double between_crowns() const {
     double top = -infinity, bottom = infinity;
-    for (const bool warp_above : {false, true}) {
+    for (Index level = 0; level <= crossings_.n_layers; ++level) {
       std::vector<double> high, low;
-      for (Index i = edge(crossings_.n_weft()); i < crossings_.n_weft() - edge(crossings_.n_weft()); ++i)
+      for (Index i = edge(crossings_.n_columns()); i < crossings_.n_columns() - edge(crossings_.n_columns()); ++i)
         for (Index j = edge(crossings_.n_warp()); j < crossings_.n_warp() - edge(crossings_.n_warp()); ++j) {
-          if (crossings_.at[i][j].above != warp_above) continue;
+          if (crossings_.level(i, j) != level) continue;
           high.push_back(cells_[i][j].high);
           low.push_back(cells_[i][j].low);
         }
@@ -250,18 +263,18 @@ double projected_cover(const Crossings& crossings, const Lattice& lattice,
       strip.half_width = 0.5 * (fiber[k].reach(across) + fiber[k + 1].reach(across));
       strips.push_back(strip);
     }
-  const Index n_warp = crossings.n_warp(), n_weft = crossings.n_weft();
-  return plan_cover(strips, lattice.origin, (n_warp - 1) * lattice.a, (n_weft - 1) * lattice.b, n_points(n_warp),
-                    n_points(n_weft));
+  const Index n_warp = crossings.n_warp(), n_columns = crossings.n_columns();
+  return plan_cover(strips, lattice.origin, (n_warp - 1) * lattice.a, (n_columns - 1) * lattice.b, n_points(n_warp),
+                    n_points(n_columns));
 }
 
 }  // namespace
 
 std::optional<FabricFacts> fabric_facts(const FiberMesh& mesh, const FiberConfiguration& fibers,
-                                        const std::vector<double>& density) {
-  const std::optional<Crossings> crossings = crossings_of(mesh, fibers);
+                                        const std::vector<double>& density, Index weft_layers) {
+  const std::optional<Crossings> crossings = crossings_of(mesh, fibers, weft_layers);
   if (!crossings) return std::nullopt;
-  const Index n_warp = crossings->n_warp(), n_weft = crossings->n_weft();
+  const Index n_warp = crossings->n_warp(), n_weft = crossings->n_weft(), n_columns = crossings->n_columns();
   std::vector<Span> warp_spans(crossings->warp.size()), weft_spans(crossings->weft.size());
   for (Index i = 0; i < n_weft; ++i)
     for (Index j = 0; j < n_warp; ++j) {
@@ -275,8 +288,8 @@ std::optional<FabricFacts> fabric_facts(const FiberMesh& mesh, const FiberConfig
     add_yarn(mesh, mesh.yarns[crossings->weft[i]], fibers, density, weft_spans[i], weft);
 
   const Lattice lattice = lattice_of(*crossings);
-  const double cell = lattice.cell_area(), warp_area = n_warp * (n_weft - 1) * cell,
-               weft_area = n_weft * (n_warp - 1) * cell;
+  const double cell = lattice.cell_area(), warp_area = n_warp * (n_columns - 1) * cell,
+               weft_area = n_columns * (n_warp - 1) * cell;
   const auto points = points_of_fibers(mesh, fibers);
   const Heights heights(*crossings, lattice, points);
   FabricFacts facts;

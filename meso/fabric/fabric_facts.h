@@ -19,7 +19,7 @@ struct MeanDeviation {
 /// Of the warp, or of the weft. A yarn counts from its first crossing to its last; what hangs over does not.
 struct SystemFacts {
   Index n_yarns = 0;
-  double spacing = 0;         ///< of neighbouring yarns, normal to them, m; the sett is 1/spacing
+  double spacing = 0;         ///< of neighbouring yarns of a layer, normal to them, m; the sett is 1/spacing
   double linear_density = 0;  ///< mass per length of a yarn's centre line, mean of the yarns, kg/m
   MeanDeviation crimp;  ///< length of the centre line over its straight length in the plan, less 1; over the yarns
   double take_up = 0;   ///< 1 − straight length over that of the centre line, mean of the yarns
@@ -39,11 +39,14 @@ struct FabricFacts {
   double volume_fraction = 0;    ///< fibers' volume over area times `thickness`
 };
 
-/// `density`: of each fiber, kg/m³, NaN where it is not known. Nothing unless there are two yarns or more of the warp
-/// and of the weft, and each of the one crosses each of the other.
+/// `density`: of each fiber, kg/m³, NaN where it is not known; `weft_layers`: weft yarns above each other. Nothing
+/// unless there are two yarns or more of the warp and of the weft, and each of the one crosses each of the other.
 [[nodiscard]] std::optional<FabricFacts> fabric_facts(const micro::FiberMesh& mesh,
                                                       const micro::FiberConfiguration& fibers,
-                                                      const std::vector<double>& density);
+                                                      const std::vector<double>& density, Index weft_layers = 1);
+
+/// Layers of weft of the scene that is saved with the states; 1 where that does not tell.
+[[nodiscard]] Index weft_layers(const micro::SnapshotHeader& header);
 
 /// Density of the material of each fiber of a weave, from the scene that is saved with the states, kg/m³. NaN where
 /// that does not tell.

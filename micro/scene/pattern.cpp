@@ -15,6 +15,17 @@ WeavePattern twill_pattern(const std::vector<Index>& floats) {
   return pattern;
 }
 
+WeavePattern layered_pattern(const WarpLevels& levels, Index n_layers) {
+  const std::size_t n_columns = levels.front().size();
+  WeavePattern pattern;
+  for (std::size_t column = 0; column < n_columns; ++column)
+    for (Index layer = 0; layer < n_layers; ++layer) {
+      std::vector<bool>& row = pattern.emplace_back();
+      for (const std::vector<Index>& warp : levels) row.push_back(warp[column] > layer);
+    }
+  return pattern;
+}
+
 bool is_satin(Index harnesses, Index step) {
   return step > 1 && step < harnesses - 1 && std::gcd(harnesses, step) == 1;
 }

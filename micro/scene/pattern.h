@@ -10,6 +10,12 @@ namespace trame::micro {
 
 using WeavePattern = std::vector<std::vector<bool>>;
 
+/// Of each warp yarn, how many layers of weft it passes above, column by column of weft.
+using WarpLevels = std::vector<std::vector<Index>>;
+
+/// A row for each weft yarn, column by column, in a column layer by layer from below.
+[[nodiscard]] WeavePattern layered_pattern(const WarpLevels& levels, Index n_layers);
+
 /// Twill in which a warp yarn passes above floats[0] weft yarns, below floats[1], above floats[2] and so on, and each
 /// warp yarn does so one weft yarn later than the one before it. {1, 1} is plain weave, {2, 2} the common twill. All
 /// floats are at least 1.

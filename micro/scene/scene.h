@@ -76,7 +76,9 @@ struct YarnSystem {
   double yarn_spacing = 0;  ///< distance between neighbouring yarns, across them (1/sett), m
   double margin = 0;        ///< yarn length beyond the outermost crossing yarn's axis, m
   bool periodic = false;    ///< yarns come back to where they start; margins are half a pitch of the crossing yarns
+  Index n_layers = 1;       ///< of yarns above each other, upward yarn by yarn: n_layers of them share a column
 
+  [[nodiscard]] Index n_columns() const { return n_yarns / n_layers; }
   [[nodiscard]] const YarnKind& kind_of(Index yarn) const {
     return kinds[order[static_cast<std::size_t>(yarn) % order.size()]];
   }
@@ -108,7 +110,7 @@ struct Weave {
   [[nodiscard]] double pitch(const YarnSystem& yarns) const { return yarns.yarn_spacing / weft_direction().y(); }
   /// Length of the yarns of a system that crosses another one.
   [[nodiscard]] double yarn_length(const YarnSystem& yarns, const YarnSystem& crossing) const {
-    return (crossing.n_yarns - 1) * pitch(crossing) + 2 * yarns.margin;
+    return (crossing.n_columns() - 1) * pitch(crossing) + 2 * yarns.margin;
   }
   [[nodiscard]] bool is_periodic() const { return warp.periodic || weft.periodic; }
   bool operator==(const Weave&) const = default;

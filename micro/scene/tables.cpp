@@ -125,20 +125,27 @@ std::vector<Key<WeaveInput>> weave_keys() {
   using T = WeaveInput;
   const auto pattern = choice<std::string>({{"plain", "plain"}, {"twill", "twill"}, {"satin", "satin"}});
   return {
-      key<T>("pattern", &T::pattern, pattern, "named pattern, repeated over the yarns").otherwise("one of the four"),
+      key<T>("pattern", &T::pattern, pattern, "named pattern, repeated over the yarns").otherwise("one of the five"),
       key<T>("matrix", &T::matrix, pattern_matrix(),
              "own pattern, repeated over the yarns: a row for each weft yarn, 1 where the warp yarn passes above")
-          .otherwise("one of the four"),
+          .otherwise("one of the five"),
       key<T>("picture", &T::picture, pattern_picture(),
              "the same as a picture seen from above, warp yarns running down: X where the warp yarn passes above")
-          .otherwise("one of the four"),
+          .otherwise("one of the five"),
       key<T>("pattern_file", &T::pattern_file, free_text(),
              "a weaving draft, WIF 1.1, in the scene's folder or by its path from there; warp yarn 1 of the draft is "
              "warp/1")
-          .otherwise("one of the four"),
+          .otherwise("one of the five"),
+      key<T>("levels", &T::levels, warp_levels(),
+             "of several layers of weft: for each warp yarn of a repeat how many layers it passes above, column by "
+             "column of weft; 0: below all, a constant: a stuffer")
+          .otherwise("one of the five"),
+      key<T>("weft_layers", &T::weft_layers, integer(between(1, 100)),
+             "weft yarns above each other, which share a column: weft/1 is the lowest of the first one, weft/2 lies "
+             "above it; the weft's sett and spacing are of columns"),
       key<T>("first_warp", &T::first_warp, integer(between(1, 1e6)),
              "warp yarn of the pattern that warp/1 is; the pattern goes on from there and repeats"),
-      key<T>("first_weft", &T::first_weft, integer(between(1, 1e6)), "the same for the weft"),
+      key<T>("first_weft", &T::first_weft, integer(between(1, 1e6)), "the same for the weft, or its columns"),
       key<T>("repeat", &T::repeat, twill_floats(), "of a twill: floats above and below by turns along a warp yarn"),
       key<T>("harnesses", &T::harnesses, integer(between(5, 1000)), "of a satin: yarns in a repeat"),
       key<T>("step", &T::step, integer(between(2, 1000)),

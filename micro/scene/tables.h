@@ -47,6 +47,8 @@ struct WeaveInput {
   std::optional<std::string> pattern;
   std::optional<WeavePattern> matrix, picture;
   std::optional<std::string> pattern_file;
+  std::optional<WarpLevels> levels;
+  Index weft_layers = 1;
   std::vector<Index> repeat = {2, 2};
   Index harnesses = 5, step = 2;
   Index first_warp = 1, first_weft = 1;

@@ -23,6 +23,10 @@ namespace {
 constexpr const char* floats_allowed =
     "an even number of floats of 1 to 1000 with slashes between them, such as \"2/2\" or \"3/1/1/1\"";
 constexpr const char* matrix_allowed = "rows of equal length of 0 and 1, such as [[1, 0], [0, 1]]";
+constexpr Index most_layers = 100;
+constexpr const char* levels_allowed =
+    "for each warp yarn of a repeat a list, all equally long, of the layers of weft that it passes above, column by "
+    "column, such as [[0, 2], [2, 0]]";
 constexpr const char* picture_allowed = "rows of equal length of X and dots, such as [\"X.\", \".X\"]";
 
 std::vector<Index> read_floats(const SceneValue& value) {
@@ -70,12 +74,37 @@ WeavePattern read_picture(const SceneValue& value) {
   return pattern;
 }
 
+WarpLevels read_levels(const SceneValue& value) {
+  WarpLevels levels;
+  for (const SceneValue& warp : value.items(levels_allowed)) {
+    std::vector<Index>& along = levels.emplace_back();
+    for (const SceneValue& level : warp.items(levels_allowed)) along.push_back(level.integer(between(0, most_layers)));
+    if (along.size() != levels.front().size()) warp.fail("must be as long as the list of the first warp yarn");
+  }
+  return levels;
+}
+
+/// Fails for levels that there are not.
+void check_levels(const SceneValue& table, const WeaveInput& input) {
+  if (!input.levels) {
+    if (const auto layers = table.find("weft_layers"))
+      layers->fail("has no effect without \"levels\", which say where warps pass through the layers");
+    return;
+  }
+  const std::vector<SceneValue> warps = table.find("levels")->items(levels_allowed);
+  for (const SceneValue& warp : warps)
+    for (const SceneValue& level : warp.items(levels_allowed))
+      if (level.integer(any()) > input.weft_layers)
+        level.fail(fmt::format("must be at most {}, which is above all layers of weft", input.weft_layers));
+}
+
 /// Fails for keys that the pattern has no use for.
 void check_pattern_keys(const SceneValue& table, const WeaveInput& input) {
   if (input.pattern.has_value() + input.matrix.has_value() + input.picture.has_value() +
-          input.pattern_file.has_value() !=
+          input.pattern_file.has_value() + input.levels.has_value() !=
       1)
-    table.fail("must have exactly one of \"pattern\", \"matrix\", \"picture\" and \"pattern_file\"");
+    table.fail("must have exactly one of \"pattern\", \"matrix\", \"picture\", \"pattern_file\" and \"levels\"");
+  check_levels(table, input);
   const auto only_for = [&](const char* pattern, const char* key) {
     if (const auto value = table.find(key); value && input.pattern != pattern)
       value->fail(fmt::format("has no effect, because pattern is not \"{}\"", pattern));
@@ -89,6 +118,7 @@ WeavePattern make_pattern(const SceneValue& table, const WeaveInput& input) {
   check_pattern_keys(table, input);
   if (input.matrix) return *input.matrix;
   if (input.picture) return *input.picture;
+  if (input.levels) return layered_pattern(*input.levels, input.weft_layers);
   if (input.pattern == "plain") return twill_pattern({1, 1});
   if (input.pattern == "twill") return twill_pattern(input.repeat);
   if (!is_satin(input.harnesses, input.step)) {
@@ -200,8 +230,8 @@ void read_order(const SceneValue& value, const std::vector<YarnKind>& kinds, Yar
 void check_spacing(const SceneValue& table, const Scene& scene, const YarnSystem& yarns) {
   const auto radius = [&](const YarnKind& kind) { return scene.fiber_types[kind.type].radius; };
   std::set<std::pair<const YarnKind*, const YarnKind*>> checked;
-  for (Index yarn = 0; yarn + 1 < yarns.n_yarns; ++yarn) {
-    const YarnKind &a = yarns.kind_of(yarn), &b = yarns.kind_of(yarn + 1);
+  for (Index yarn = 0; yarn + yarns.n_layers < yarns.n_yarns; ++yarn) {
+    const YarnKind &a = yarns.kind_of(yarn), &b = yarns.kind_of(yarn + yarns.n_layers);
     if (!checked.emplace(&a, &b).second) continue;
     const double least = least_yarn_spacing(a, radius(a), b, radius(b));
     if (yarns.yarn_spacing >= least * (1 - 1e-9)) continue;
@@ -237,8 +267,8 @@ void check_repeats(const SceneValue& table, const WeaveInput& input, const Scene
                    const std::filesystem::path& folder, const Weave& weave) {
   const Index n_weft = weave.weft.n_yarns, n_warp = weave.warp.n_yarns;
   // All of a pattern's rows, or columns, are seen from each yarn of the cell on.
-  const auto period = [](Index n_rows, const auto& equal) {
-    for (Index period = 1; period < n_rows; ++period) {
+  const auto period = [](Index n_rows, Index n_layers, const auto& equal) {
+    for (Index period = n_layers; period < n_rows; period += n_layers) {
       bool all = true;
       for (Index i = 0; i < n_rows && all; ++i) all = equal(i, (i + period) % n_rows);
       if (all && n_rows % period == 0) return period;
@@ -248,8 +278,8 @@ void check_repeats(const SceneValue& table, const WeaveInput& input, const Scene
   const WeavePattern repeat =
       input.pattern_file ? whole_draft(folder / *input.pattern_file) : make_pattern(table, input);
   const auto n_rows = static_cast<Index>(repeat.size()), n_columns = static_cast<Index>(repeat.front().size());
-  const Index of_weft = period(n_rows, [&](Index i, Index k) { return repeat[i] == repeat[k]; });
-  const Index of_warp = period(n_columns, [&](Index j, Index k) {
+  const Index of_weft = period(n_rows, weave.weft.n_layers, [&](Index i, Index k) { return repeat[i] == repeat[k]; });
+  const Index of_warp = period(n_columns, weave.warp.n_layers, [&](Index j, Index k) {
     return std::all_of(repeat.begin(), repeat.end(), [&](const std::vector<bool>& row) { return row[j] == row[k]; });
   });
   // Along the warp's period weft yarns repeat, and the other way round.
@@ -262,12 +292,14 @@ void check_repeats(const SceneValue& table, const WeaveInput& input, const Scene
             fmt::format("must be a multiple of {}, the {} yarns of a repeat of the {}, which else does not close in a "
                         "periodic cell",
                         repeat_of, family, what));
-    const YarnKind &last = yarns.kind_of(n - 1), &first = yarns.kind_of(0);
     const auto radius = [&](const YarnKind& kind) { return scene.fiber_types[kind.type].radius; };
-    const double least = least_yarn_spacing(last, radius(last), first, radius(first));
-    if (yarns.yarn_spacing < least * (1 - 1e-9))
-      system.find("yarns")->fail(
-          fmt::format("the last yarn overlaps the first one of the next cell; they need {:.4g} m side by side", least));
+    for (Index layer = 0; layer < yarns.n_layers; ++layer) {
+      const YarnKind &last = yarns.kind_of(n - yarns.n_layers + layer), &first = yarns.kind_of(layer);
+      const double least = least_yarn_spacing(last, radius(last), first, radius(first));
+      if (yarns.yarn_spacing < least * (1 - 1e-9))
+        system.find("yarns")->fail(fmt::format(
+            "the last yarn overlaps the first one of the next cell; they need {:.4g} m side by side", least));
+    }
   };
   if (weave.warp.periodic) check("weft", weave.weft, n_weft, of_weft);
   if (weave.weft.periodic) check("warp", weave.warp, n_warp, of_warp);
@@ -275,12 +307,15 @@ void check_repeats(const SceneValue& table, const WeaveInput& input, const Scene
 
 /// All of a system but what follows from the other one.
 YarnSystem read_yarns(const SceneValue& weave, const char* family, const Scene& scene,
-                      const std::vector<YarnKind>& kinds, YarnSystemInput& input) {
+                      const std::vector<YarnKind>& kinds, Index n_layers, YarnSystemInput& input) {
   const auto table = weave.find(family);
   if (!table) weave.fail_missing(family, fmt::format("a table, written [weave.{}]", family));
   read_table(*table, yarn_system_keys(fiber_type_names(scene)), {}, input);
   YarnSystem yarns;
   yarns.n_yarns = input.n_yarns;
+  yarns.n_layers = n_layers;
+  if (yarns.n_yarns % n_layers != 0)
+    table->find("yarns")->fail(fmt::format("must be a multiple of {}, the layers of {}", n_layers, family));
   if (input.order) {
     for (const Key<YarnKindInput>& key : yarn_kind_keys({}))
       refuse(*table, {key.name.c_str()}, "yarns are of the kinds that order names");
@@ -353,6 +388,8 @@ Kind<WeavePattern> pattern_picture() {
   return {fmt::format("{}, or one text with a row a line", picture_allowed), read_picture, {}};
 }
 
+Kind<WarpLevels> warp_levels() { return {levels_allowed, read_levels, {}}; }
+
 Kind<double> crossing_angle() {
   constexpr double least = 15, most = 165, degree = std::numbers::pi / 180;
   const std::string allowed = fmt::format("an angle of {:g} to {:g} deg, such as \"60 deg\"", least, most);
@@ -398,8 +435,8 @@ Weave read_weave(const SceneValue& table, const Scene& scene, const std::vector<
   read_table(table, weave_keys(), {"warp", "weft"}, input);
   Weave weave;
   YarnSystemInput warp, weft;
-  weave.warp = read_yarns(table, "warp", scene, kinds, warp);
-  weave.weft = read_yarns(table, "weft", scene, kinds, weft);
+  weave.warp = read_yarns(table, "warp", scene, kinds, 1, warp);
+  weave.weft = read_yarns(table, "weft", scene, kinds, input.weft_layers, weft);
   weave.warp.periodic = input.periodic[0];
   weave.weft.periodic = input.periodic[1];
   weave.angle = input.angle;
@@ -407,8 +444,8 @@ Weave read_weave(const SceneValue& table, const Scene& scene, const std::vector<
   fit_to_crossing(*table.find("weft"), scene, weft, weave, weave.warp, weave.weft);
   const Index n_weft = weave.weft.n_yarns, n_warp = weave.warp.n_yarns;
   weave.warp_above = input.pattern_file ? read_draft_of(table, input, folder, n_weft, n_warp)
-                                        : continued(make_pattern(table, input), n_weft, n_warp, input.first_weft - 1,
-                                                    input.first_warp - 1);
+                                        : continued(make_pattern(table, input), n_weft, n_warp,
+                                                    (input.first_weft - 1) * input.weft_layers, input.first_warp - 1);
   if (weave.is_periodic()) check_repeats(table, input, scene, folder, weave);
   return weave;
 }
@@ -440,7 +477,7 @@ std::vector<std::string> weave_body_names(const Weave& weave) {
 
 double cell_width(const Weave& weave, bool across_warp) {
   const YarnSystem& yarns = across_warp ? weave.warp : weave.weft;
-  return yarns.n_yarns * yarns.yarn_spacing;
+  return yarns.n_columns() * yarns.yarn_spacing;
 }
 
 }  // namespace trame::micro

@@ -21,6 +21,9 @@ namespace trame::micro {
 /// Rows of X and dots, as a list or as lines of one text.
 [[nodiscard]] Kind<WeavePattern> pattern_picture();
 
+/// Lists of integers.
+[[nodiscard]] Kind<WarpLevels> warp_levels();
+
 /// The angle from the warp to the weft: not so small that yarns hardly cross.
 [[nodiscard]] Kind<double> crossing_angle();
 

@@ -56,7 +56,7 @@ std::vector<Stage> weaving_stages(const Scene& scene) {
   double radius = std::numeric_limits<double>::infinity();
   for (const YarnSystem* yarns : {&weave.warp, &weave.weft})
     for (const YarnKind& kind : yarns->kinds) radius = std::min(radius, radius_of(scene, kind));
-  const double rise = 0.5 * (system_height(scene, weave.warp) + system_height(scene, weave.weft)) + 2 * radius;
+  const double rise = start_heights(scene).deepest + 2 * radius;
   const double warp = rounded(pull_share * axial_stiffness(scene, weave.warp)),
                weft = rounded(pull_share * axial_stiffness(scene, weave.weft));
 

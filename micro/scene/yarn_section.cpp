@@ -170,6 +170,27 @@ double system_height(const Scene& scene, const YarnSystem& yarns) {
   return most;
 }
 
+StartHeights start_heights(const Scene& scene) {
+  const Weave& weave = *scene.weave;
+  const Index n_layers = weave.weft.n_layers;
+  const double height = system_height(scene, weave.warp) + system_height(scene, weave.weft);
+  StartHeights start{std::vector<double>(static_cast<std::size_t>(weave.warp.n_yarns)),
+                     std::vector<double>(static_cast<std::size_t>(weave.weft.n_yarns)), 0.5 * height};
+  if (n_layers == 1) return start;
+  start.deepest = 0;
+  for (std::size_t i = 0; i < start.weft.size(); ++i) {
+    start.weft[i] = (static_cast<Index>(i) % n_layers - 0.5 * (n_layers - 1)) * height;
+    for (std::size_t j = 0; j < start.warp.size(); ++j)
+      start.warp[j] += (weave.warp_above[i][j] ? 0.5 : -0.5) * height / weave.weft.n_columns();
+  }
+  for (std::size_t i = 0; i < start.weft.size(); ++i)
+    for (std::size_t j = 0; j < start.warp.size(); ++j) {
+      const double rise = start.weft[i] - start.warp[j];
+      start.deepest = std::max(start.deepest, 0.5 * height + (weave.warp_above[i][j] ? rise : -rise));
+    }
+  return start;
+}
+
 double least_yarn_spacing(const YarnKind& a, double radius_a, const YarnKind& b, double radius_b) {
   if (!is_plain(a) || !is_plain(b)) return half_extent(a, radius_a)[0] + half_extent(b, radius_b)[0];
   const auto by_height = [](const Vec2& p, const Vec2& q) { return p[1] < q[1]; };

@@ -29,6 +29,14 @@ namespace trame::micro {
 /// Height of the highest yarn of a system.
 [[nodiscard]] double system_height(const Scene& scene, const YarnSystem& yarns);
 
+/// Where the yarns of a weave start in height, above the middle. Those of a weave of one layer start at 0; layers of
+/// weft so far apart that a warp yarn fits between them, warp yarns at their mean level.
+struct StartHeights {
+  std::vector<double> warp, weft;  ///< of each yarn
+  double deepest = 0;              ///< how deep yarns start in those that they shall part from, at most
+};
+[[nodiscard]] StartHeights start_heights(const Scene& scene);
+
 /// Least distance of the axes of two yarns at which none of their fibers overlap, the first one at smaller coordinates.
 [[nodiscard]] double least_yarn_spacing(const YarnKind& a, double radius_a, const YarnKind& b, double radius_b);
 

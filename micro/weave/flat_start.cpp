@@ -125,16 +125,18 @@ void close_fiber(Assembly& assembly, const Vec3& period) {
 
 /// One yarn system of the weave: its yarns, a body at each yarn end, a body at each side of the patch; or, where yarns
 /// come back to where they start, one that stands for their period.
-void append_yarn_system(Assembly& assembly, const Scene& scene, const Weave& weave, bool is_warp) {
+void append_yarn_system(Assembly& assembly, const Scene& scene, const Weave& weave, const std::vector<double>& heights,
+                        bool is_warp) {
   const YarnSystem &system = is_warp ? weave.warp : weave.weft, &crossing = is_warp ? weave.weft : weave.warp;
   const std::string family = is_warp ? "warp" : "weft";
-  const double half_length = 0.5 * weave.pitch(crossing) * (crossing.n_yarns - 1) + system.margin;
+  const double half_length = 0.5 * weave.pitch(crossing) * (crossing.n_columns() - 1) + system.margin;
   const Vec3 weft = weave.weft_direction(), warp = Vec3::UnitX(), along = is_warp ? warp : weft,
              across = is_warp ? Vec3::UnitY() : Vec3(weft.y(), -weft.x(), 0);
   // Yarns are laid side by side along those that they cross; fibers in a yarn across it.
   const double pitch = weave.pitch(system);
   for (Index yarn = 0; yarn < system.n_yarns; ++yarn) {
-    const Vec3 middle = pitch * (yarn - 0.5 * (system.n_yarns - 1)) * (is_warp ? weft : warp);
+    const Vec3 middle = pitch * (yarn / system.n_layers - 0.5 * (system.n_columns() - 1)) * (is_warp ? weft : warp) +
+                        heights[static_cast<std::size_t>(yarn)] * Vec3::UnitZ();
     const auto place = [&](double s, const Vec2& c) -> Vec3 {
       return middle + c[0] * across + s * along + c[1] * Vec3::UnitZ();
     };
@@ -175,8 +177,9 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const Weave& wea
 void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
   const Index first_yarn = static_cast<Index>(assembly.mesh.yarns.size());
   assembly.mesh.period_of_fiber.assign(assembly.mesh.n_fibers(), -1);
-  append_yarn_system(assembly, scene, weave, true);
-  append_yarn_system(assembly, scene, weave, false);
+  const StartHeights heights = start_heights(scene);
+  append_yarn_system(assembly, scene, weave, heights.warp, true);
+  append_yarn_system(assembly, scene, weave, heights.weft, false);
   if (weave.is_skew()) {
     assembly.n_skew_bodies = static_cast<Index>(assembly.body_names.size());
     assembly.skew_axes.col(1) = weave.weft_direction();
@@ -185,7 +188,7 @@ void append_weave(Assembly& assembly, const Scene& scene, const Weave& weave) {
     for (Index j = 0; j < weave.warp.n_yarns; ++j)
       assembly.crossings.push_back({first_yarn + j, first_yarn + weave.warp.n_yarns + i, weave.warp_above[i][j]});
   if (!weave.is_periodic()) assembly.mesh.period_of_fiber.clear();
-  assembly.flat_height = 0.5 * (system_height(scene, weave.warp) + system_height(scene, weave.weft));
+  assembly.flat_height = heights.deepest;
 }
 
 void append_bodies(Assembly& assembly, const Scene& scene) {

@@ -37,8 +37,7 @@ struct Assembly {
   Index n_skew_bodies = 0;  ///< the first of them, whose dofs count along `skew_axes`: warp, weft and z
   Mat3 skew_axes = Mat3::Identity();
   std::array<Index, 2> period_bodies{-1, -1};  ///< whose positions are the period vectors of a cell; negative: none
-  double flat_height =
-      0;  ///< largest height of a warp plus that of a weft yarn, half of each: their overlap at the start
+  double flat_height = 0;                      ///< how deep yarns start in those that they shall part from, at most
 };
 
 /// Lays out every fiber, yarn and body of a scene, in the unit of its lengths.

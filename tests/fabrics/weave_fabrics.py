@@ -32,8 +32,6 @@ KNOWN = {
 NOT_WRITTEN = {
     "leno": "warps that twist about each other: yarns lie above or below, crossing by crossing",
     "triaxial braid": "three systems",
-    "orthogonal interlock": "several layers of weft",
-    "angle interlock": "several layers of weft",
 }
 # Fact, key in summary.json, scale, column of sources.csv.
 FACTS = [

@@ -208,9 +208,9 @@ TEST(PatternPicture, ThatIsNoneIsRefused) {
   EXPECT_EQ(scene_error("picture = \"\""), "a.toml: weave.picture = \"\"" + allowed);
   EXPECT_EQ(scene_error("picture = 3"), "a.toml: weave.picture = 3" + allowed);
   EXPECT_TRUE(scene_error("picture = []").starts_with("a.toml: weave.picture = []: must be rows"));
-  EXPECT_EQ(
-      scene_error("picture = [\"X\"]\npattern = \"plain\""),
-      "a.toml: weave: must have exactly one of \"pattern\", \"matrix\", \"picture\" and \"pattern_file\" (line 8)");
+  EXPECT_EQ(scene_error("picture = [\"X\"]\npattern = \"plain\""),
+            "a.toml: weave: must have exactly one of \"pattern\", \"matrix\", \"picture\", \"pattern_file\" and "
+            "\"levels\" (line 8)");
 }
 
 class SceneWithDraft : public testing::Test {

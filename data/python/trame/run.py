@@ -114,7 +114,8 @@ class Run:
         weave = self.scene().get("weave")
         if not weave:
             return None
-        return tuple(weave[f]["yarns"] * spacing_of(weave[f]) for f in ("warp", "weft"))
+        warps, columns = weave["warp"]["yarns"], weave["weft"]["yarns"] // weave.get("weft_layers", 1)
+        return warps * spacing_of(weave["warp"]), columns * spacing_of(weave["weft"])
 
     def area(self):
         """Of the fabric on which plates press, m²; nothing without a weave."""

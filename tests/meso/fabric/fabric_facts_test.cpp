@@ -108,6 +108,26 @@ TEST(FabricFacts, OfStraightYarnsByHand) {
   EXPECT_NEAR(facts->projected_cover, facts->cover_factor, 2.0 / 128);
 }
 
+/// Two layers of the weft, one below and one above the warps: spacings are of columns, masses of all yarns.
+TEST(FabricFacts, OfTwoLayersOfWeft) {
+  GivenWeave weave;
+  const double warp_half = 0.5 * n_weft * weft_spacing, weft_half = 0.5 * n_warp * warp_spacing;
+  for (Index j = 0; j < n_warp; ++j)
+    weave.add(YarnFamily::warp, at(j, n_warp, warp_spacing), warp_half, warp_radius, 3, {});
+  for (Index i = 0; i < n_weft; ++i)
+    for (const double side : {-1, 1})
+      weave.add(YarnFamily::weft, at(i, n_weft, weft_spacing), weft_half, weft_radius, 1,
+                {[=](double) { return side * (warp_radius + weft_radius); }});
+  const auto facts = fabric_facts(weave.mesh, weave.fibers, weave.density(1000), 2);
+  ASSERT_TRUE(facts);
+  EXPECT_EQ(facts->weft.n_yarns, 2 * n_weft);
+  EXPECT_NEAR(facts->warp.spacing, warp_spacing, 1e-12);
+  EXPECT_NEAR(facts->weft.spacing, weft_spacing, 1e-12);
+  EXPECT_NEAR(facts->thickness, 2 * warp_radius + 4 * weft_radius, 1e-12);
+  EXPECT_NEAR(1e3 * facts->warp.areal_density, 9.4248, 1e-3);
+  EXPECT_NEAR(1e3 * facts->weft.areal_density, 2 * 4.4179, 1e-3);
+}
+
 /// Where densities are not known there is no mass, and all else.
 TEST(FabricFacts, WithoutDensities) {
   const GivenWeave weave = flat();
