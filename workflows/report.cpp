@@ -6,6 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "workflows/curves/test_curve.h"
+
 namespace trame::workflows {
 
 namespace {
@@ -41,6 +43,7 @@ CurvesTable curves_table(const micro::Scene& scene, const micro::SimulationSumma
     if (start != summary.stage_starts.end() && start->stage == point.stage) add(*start++);
     add(point);
   }
+  if (const auto test = scene.test_curve ? measured(*scene.test_curve, table) : std::nullopt) add_columns(*test, table);
   return table;
 }
 

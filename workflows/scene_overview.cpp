@@ -182,6 +182,7 @@ std::string stage_text(const Stage& stage, std::int64_t n_dofs, bool may_have_fr
   std::string text = fmt::format("  {}: {} increments, {} dofs{}", stage.name, stage.n_increments, n_dofs,
                                  may_have_friction && !stage.friction ? ", no friction" : "");
   if (stage.fiber_model) text += fmt::format(", {}", model_effect(*stage.fiber_model));
+  if (!stage.sliding_ends.empty()) text += fmt::format(", fibers slide in {}", stage.sliding_ends);
   if (stage.proximal_start > 0) text += fmt::format(", damping {:g} to {:g}", stage.proximal_start, stage.proximal_end);
   text += "\n";
   for (const Drive& drive : stage.drives)

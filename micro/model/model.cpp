@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 
 #include "micro/core/error.h"
 #include "micro/core/name_table.h"
+#include "micro/core/wildcard.h"
 #include "micro/fiber/enriched_beam.h"
 #include "micro/fiber/rod.h"
 #include "micro/periodic/anchors.h"
@@ -105,7 +107,7 @@ StageModel::StageModel(const Scene& scene, const Assembly& assembly, const Stage
   add_fibers(scene, assembly);
   add_contact(scene, assembly, stage, from);
   add_surfaces(scene, assembly, stage, from);
-  add_bodies(assembly, from);
+  add_bodies(assembly, stage, from);
   add_fiber_loads(scene, assembly, stage, from);
   if (field.is_periodic()) effects.push_back(std::make_unique<Anchors>(field));
   if (contact && from.just_separated) contact->offset_gaps(start);
@@ -252,10 +254,11 @@ void StageModel::add_contact(const Scene& scene, const Assembly& assembly, const
 }
 
 /// What holds the ends of fibers to bodies.
-std::vector<TieTerm> StageModel::tie_terms(const Assembly& assembly) const {
+std::vector<TieTerm> StageModel::tie_terms(const Assembly& assembly, const Stage& stage) const {
   std::vector<TieTerm> terms;
-  // Averages by body and end, in the order of the ties.
-  std::vector<std::pair<std::pair<Index, FiberEnd>, TieTerm>> averages;
+  // Averages by body, end and kind, in the order of the ties.
+  using AverageOf = std::tuple<Index, FiberEnd, TieKind>;
+  std::vector<std::pair<AverageOf, TieTerm>> averages;
   const FiberMesh& mesh = assembly.mesh;
   for (const EndTie& tie : assembly.ties) {
     const bool at_start = tie.end == FiberEnd::start;
@@ -267,13 +270,16 @@ std::vector<TieTerm> StageModel::tie_terms(const Assembly& assembly) const {
     const FiberConfiguration& reference = assembly.configuration;
     const Vec3 x = reference.r[mesh_node] - assembly.body_positions[tie.body], axis = reference.tangent[mesh_node];
     TieTerm point{.body = tie.body, .members = {{node, 0}}, .reference = x, .stiffness = stiffness};
-    if (tie.kind == TieKind::average) {
-      point.projector = axis * axis.transpose();
-      const auto key = std::make_pair(tie.body, tie.end);
+    const TieKind kind = matches(stage.sliding_ends, assembly.body_names[tie.body]) ? TieKind::sliding : tie.kind;
+    if (kind != TieKind::clamped) {
+      const Mat3 along = axis * axis.transpose(), across = Mat3::Identity() - along;
+      const bool slides = kind == TieKind::sliding;
+      point.projector = slides ? across : along;
+      const AverageOf key(tie.body, tie.end, kind);
       auto found = std::find_if(averages.begin(), averages.end(), [&](const auto& a) { return a.first == key; });
       if (found == averages.end()) {
-        const Mat3 across = Mat3::Identity() - point.projector;
-        averages.push_back({key, {.body = tie.body, .members = {}, .projector = across, .stiffness = stiffness}});
+        const Mat3& of_mean = slides ? along : across;
+        averages.push_back({key, {.body = tie.body, .members = {}, .projector = of_mean, .stiffness = stiffness}});
         found = averages.end() - 1;
       }
       found->second.members.emplace_back(node, 0);
@@ -316,13 +322,13 @@ std::vector<LoadTerm> StageModel::load_terms(const StageStart& from) const {
 }
 
 /// What acts on bodies, as far as there is any of it.
-void StageModel::add_bodies(const Assembly& assembly, const StageStart& from) {
+void StageModel::add_bodies(const Assembly& assembly, const Stage& stage, const StageStart& from) {
   if (bodies.n_bodies() == 0) return;
   const auto add = [&](auto& known_as, auto effect) {
     known_as = effect.get();
     effects.push_back(std::move(effect));
   };
-  if (auto terms = tie_terms(assembly); !terms.empty())
+  if (auto terms = tie_terms(assembly, stage); !terms.empty())
     add(ties, std::make_unique<Ties>(layout, bodies, std::move(terms)));
   if (!follow_terms_.empty()) add(follow, std::make_unique<Follow>(bodies, std::move(follow_terms_)));
   if (auto terms = load_terms(from); !terms.empty()) add(loads, std::make_unique<BodyLoads>(bodies, std::move(terms)));

@@ -81,9 +81,9 @@ struct StageModel {
   void add_fibers(const Scene& scene, const Assembly& assembly);
   void add_contact(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_surfaces(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
-  void add_bodies(const Assembly& assembly, const StageStart& from);
+  void add_bodies(const Assembly& assembly, const Stage& stage, const StageStart& from);
   void add_fiber_loads(const Scene& scene, const Assembly& assembly, const Stage& stage, const StageStart& from);
-  [[nodiscard]] std::vector<TieTerm> tie_terms(const Assembly& assembly) const;
+  [[nodiscard]] std::vector<TieTerm> tie_terms(const Assembly& assembly, const Stage& stage) const;
   [[nodiscard]] std::vector<LoadTerm> load_terms(const StageStart& from) const;
   [[nodiscard]] Vec3 period_force(const State& state, Index body) const;
 

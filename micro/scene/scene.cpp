@@ -15,6 +15,7 @@
 #include "micro/scene/named_test.h"
 #include "micro/scene/stages.h"
 #include "micro/scene/tables.h"
+#include "micro/scene/test_stages.h"
 #include "micro/scene/weave.h"
 
 namespace trame::micro {

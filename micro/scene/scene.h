@@ -15,6 +15,7 @@
 #include "micro/fiber/fiber_model.h"
 #include "micro/rigid/body_dof.h"
 #include "micro/rigid/surface.h"
+#include "micro/scene/test_curve.h"
 
 namespace trame::micro {
 
@@ -117,8 +118,9 @@ struct Weave {
 };
 
 /// How fiber ends follow a body: position and section of each; or, so that fibers may rearrange, section and position
-/// along its own reference tangent of each and across it only the mean position of all.
-enum class TieKind : std::uint8_t { clamped, average };
+/// along its own reference tangent of each and across it only the mean position of all; or, so that they may slide
+/// past each other, section and position across its tangent of each and along it only the mean.
+enum class TieKind : std::uint8_t { clamped, average, sliding };
 
 struct Tie {
   std::string fibers;  ///< name of a fiber, bundle or yarn, with * and ? as wildcards
@@ -198,6 +200,7 @@ struct Stage {
   bool friction = true;
   double proximal_start = 0;  ///< η at the start, in units of E A / L of a fiber, per node
   double proximal_end = 0;    ///< η at the end; falls geometrically; a zero end is zero on the last increment
+  std::string sliding_ends;   ///< of bodies with this name, * and ? as wildcards: their ties are sliding
   std::optional<FiberModel> fiber_model;  ///< model of every fiber in this stage, instead of its type's
   Index save_every = 1;                   ///< increments between saved states; the last one is always saved
 
@@ -247,6 +250,7 @@ struct Scene {
   std::optional<Weave> weave;
   std::vector<BodySpec> bodies;
   std::vector<Stage> stages;
+  std::optional<TestCurve> test_curve;      ///< of [test]
   bool stages_are_chosen = false;           ///< by the program, because the scene is a weave that names none
   bool twist_stretch = true;                ///< E_ss terms quadratic in ξ, of enriched beams
   std::vector<std::string> stated_effects;  ///< keys that [effects] has; the others hold for want of a word

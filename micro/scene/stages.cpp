@@ -24,7 +24,7 @@ namespace {
 NameTable tieable_names(const Scene& scene) {
   NameTable names;
   for (const std::string& yarn : scene.weave ? yarn_names(*scene.weave) : Names())
-    if (!(yarn.starts_with("warp/") ? scene.weave->warp : scene.weave->weft).periodic) names.add(yarn);
+    if (!(is_warp(yarn) ? scene.weave->warp : scene.weave->weft).periodic) names.add(yarn);
   for (const FiberSpec& fiber : scene.fibers) names.add(fiber.name);
   for (const BundleSpec& bundle : scene.bundles) names.add(bundle.name);
   return names;

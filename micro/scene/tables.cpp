@@ -221,11 +221,13 @@ std::vector<Key<BodySpec>> body_keys() {
 std::vector<Key<Tie>> tie_keys(const NameTable& fibers_and_yarns) {
   using T = Tie;
   const auto end = choice<FiberEnd>({{"start", FiberEnd::start}, {"end", FiberEnd::end}});
-  const auto kind = choice<TieKind>({{"clamped", TieKind::clamped}, {"average", TieKind::average}});
+  const auto kind =
+      choice<TieKind>({{"clamped", TieKind::clamped}, {"average", TieKind::average}, {"sliding", TieKind::sliding}});
   return {key<T>("fibers", &T::fibers, wildcard("a fiber, bundle or yarn", fibers_and_yarns), "whose ends are tied")
               .needed(),
           key<T>("end", &T::end, end, "which ends").needed(),
-          key<T>("kind", &T::kind, kind, "each fiber's position and section, or means that let fibers rearrange")};
+          key<T>("kind", &T::kind, kind,
+                 "each fiber's position and section, or means that let fibers rearrange, or slide")};
 }
 
 std::vector<Key<SurfaceInput>> surface_keys() {

@@ -460,7 +460,7 @@ std::vector<std::string> yarn_names(const Weave& weave) {
 std::vector<std::string> weave_body_names(const Weave& weave) {
   Names names;
   const auto system_of = [&](const std::string& yarn) -> const YarnSystem& {
-    return yarn.starts_with("warp/") ? weave.warp : weave.weft;
+    return is_warp(yarn) ? weave.warp : weave.weft;
   };
   for (const std::string& yarn : yarn_names(weave))
     for (const char* end : {"/start", "/end"})

@@ -43,6 +43,8 @@ namespace trame::micro {
 /// Names of a weave's yarns: warp/1 … then weft/1 …
 [[nodiscard]] std::vector<std::string> yarn_names(const Weave& weave);
 
+[[nodiscard]] inline bool is_warp(const std::string& yarn) { return yarn.starts_with("warp/"); }
+
 /// Name of the body that stands for the period vector of a cell along its warp, or along its weft.
 [[nodiscard]] constexpr const char* period_name(bool along_warp) { return along_warp ? "cell/warp" : "cell/weft"; }
 [[nodiscard]] inline bool is_period(const std::string& body) {

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,12 @@ inline RunResult run_scene(const Scene& scene, int n_threads = 1) {
   result.header = reader.header();
   for (Index i = 0; i < reader.n_increments(); ++i) result.increments.push_back(reader.read(i));
   return result;
+}
+
+/// Number of a body.
+inline std::size_t body_named(const RunResult& result, const std::string& name) {
+  const auto& names = result.header.body_names;
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
 inline Material isotropic(double young_modulus, double poisson_ratio) {

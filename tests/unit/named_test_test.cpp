@@ -5,6 +5,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
 #include "tests/support/messages.h"
 #include "tests/support/run_scene.h"
 #include "tests/support/text_file.h"
@@ -143,6 +148,12 @@ TEST(NamedTest, WhatDoesNotGoTogetherIsRefusedWithItsKey) {
                   {"test.distance", "greater than 0"});
   expect_mentions(error_of("kind = \"pull_out\"\nyarn = \"warp/1\"\ndistance = \"1 mm\""),
                   {"test.distance", "0.000326 m, the length of the yarn"});
+  expect_mentions(error_of("kind = \"bending\"\ncurvature = \"0 m-1\""), {"test.curvature", "other than 0"});
+  expect_mentions(error_of("kind = \"bending\"\ncurvature = \"30 mm-1\""), {"test.curvature", "to 19273.6 per m"});
+  expect_mentions(error_of("kind = \"bending\"\ncurvature = \"1 mm-1\"\nclamps = \"glue\""),
+                  {"test.clamps", "sliding", "clamped"});
+  expect_mentions(error_of("kind = \"yarn_bending\"\nyarn = \"warp/1\"\ncurvature = \"1 mm-1\""),
+                  {"test.yarn", "must be a [[bundle]]"});
   expect_mentions(error_of("kind = \"pull_out\"\nyarn = \"warp/1\"\ndistance = \"1 um\"\ncycle = 2"),
                   {"cycle", "cycles"});
   expect_mentions(input_error([] {
@@ -194,6 +205,50 @@ TEST(NamedTest, YarnTensionOfABundleBringsItsBodiesAndHasTheStiffnessOfItsFibers
   EXPECT_NEAR(result.summary.energy.external_work, 0, 1e-6 * expected * 1e-5) << "and gives back what it took";
 }
 
+/// The test curve of a run: motion and reaction at a point of its stage, counted from the stage's start.
+std::array<double, 2> measured(const Scene& scene, const test::RunResult& result, std::size_t increment) {
+  const TestCurve& test = *scene.test_curve;
+  std::vector<const CurvePoint*> points;
+  for (const auto* list : {&result.summary.stage_starts, &result.summary.curve})
+    for (const CurvePoint& point : *list)
+      if (point.stage == test.stage) points.push_back(&point);
+  std::array<double, 2> sums{};
+  double length = test.length;
+  for (const TestCurve::Term& term : test.terms) {
+    const std::size_t i = n_body_dofs * test::body_named(result, term.body) + static_cast<std::size_t>(term.dof);
+    sums[0] += term.motion * points.at(increment)->motion.at(i);
+    sums[1] += term.reaction * points.at(increment)->reaction.at(i);
+    length += term.length * points.front()->motion.at(i);
+  }
+  if (test.length > 0) sums[0] /= length;
+  return sums;
+}
+
+/// E I of a fiber of the bundle, N m².
+constexpr double bending_stiffness = 1e9 * std::numbers::pi / 4 * 9.772e-6 * 9.772e-6 * 9.772e-6 * 9.772e-6;
+
+// Fibers that slide through the clamps bend each for itself; those that are held stretch as in a solid section. The
+// bundle's hexagon has four fibers half of √3 spacings above and below.
+TEST(NamedTest, YarnBendingLiesBetweenFreeAndBondedFibers) {
+  const double spacing = 1.05 * 19.544e-6, height = 0.5 * std::sqrt(3.0) * spacing,
+               area = std::numbers::pi * 9.772e-6 * 9.772e-6;
+  const double sliding = 7 * bending_stiffness, clamped = sliding + 4 * 1e9 * area * height * height;
+  for (const auto& [clamps, stiffness] : {std::pair{"sliding", sliding}, {"clamped", clamped}})
+    for (const double curvature : {4.0, -4.0}) {  // from 10 on clamped fibers bow out, at 50 they buckle
+      const Scene scene =
+          parse_scene(bundle(fmt::format("[test]\nkind = \"yarn_bending\"\nyarn = \"tow\"\ncurvature = \"{} m-1\"\n"
+                                         "clamps = \"{}\"\nincrements = 2\ncycles = 1",
+                                         curvature, clamps)),
+                      "s.toml");
+      const auto result = test::run_scene(scene);
+      ASSERT_TRUE(result.done()) << result.summary.message;
+      const auto [turned, moment] = measured(scene, result, 2);
+      EXPECT_NEAR(turned, curvature, 1e-9);
+      EXPECT_NEAR(moment, stiffness * curvature, 0.01 * stiffness * std::abs(curvature)) << clamps;
+      EXPECT_NEAR(measured(scene, result, 4)[1], 0, 1e-4 * std::abs(moment)) << "an elastic bundle comes back";
+    }
+}
+
 TEST(NamedTest, YarnTensionNeedsFreeEnds) {
   const std::string error = input_error([] {
     (void)parse_scene(bundle("[[body]]\nname = \"jaw\"\n[[body.tie]]\nfibers = \"t*\"\nend = \"end\"\n"
@@ -231,6 +286,31 @@ TEST(NamedTest, BiaxialOfYarnsThatDoNotTouchIsTwiceUniaxial) {
     EXPECT_NEAR(top.side_force[side], force, 2e-3 * force);
     EXPECT_NEAR(result.summary.curve.back().side_force[side], 0, 1e-6 * force);
   }
+}
+
+// Each of the two single fibers bends for itself, on 1 mm of width; nothing else is strained.
+TEST(NamedTest, BendingOfYarnsThatDoNotTouchIsThatOfTheirFibers) {
+  for (const std::string direction : {"warp", "weft"})
+    for (const double curvature : {400.0, -400.0}) {
+      const Scene scene = parse_scene(
+          patch(fmt::format("kind = \"bending\"\ndirection = \"{}\"\ncurvature = \"{} m-1\"\nincrements = 4", direction,
+                            curvature)),
+          "s.toml");
+      const auto result = test::run_scene(scene);
+      ASSERT_TRUE(result.done()) << result.summary.message;
+      const auto [turned, moment] = measured(scene, result, 4);
+      const double expected = 2 * bending_stiffness / 1e-3 * curvature;
+      EXPECT_NEAR(turned, curvature, 1e-6 * std::abs(curvature));
+      EXPECT_NEAR(moment, expected, 5e-3 * std::abs(expected)) << direction;
+      // The ends come nearer to each other along a circle, and turn up for a positive curvature.
+      const double angle = 0.4 * curvature / 400, chord = 2 / curvature * std::sin(angle / 2);
+      const Vec3& end = result.last().bodies.position[test::body_named(result, direction + "/1/end")];
+      const Vec3& start = result.last().bodies.position[test::body_named(result, direction + "/1/start")];
+      EXPECT_NEAR((end - start).norm(), chord, 2e-3 * chord);
+      const Vec3 tip = result.tip(direction == "warp" ? 0 : 2),
+                 middle = result.last().fibers.r[result.last_node(direction == "warp" ? 0 : 2) - 10];
+      EXPECT_GT((tip.z() - middle.z()) * curvature, 0);
+    }
 }
 
 TEST(NamedTest, PullOutOfAYarnThatNothingHoldsTakesNoForce) {

@@ -13,6 +13,7 @@
 #include "support/temporary_folder.h"
 #include "support/text_file.h"
 #include "workflows/curves/curves_plot.h"
+#include "workflows/curves/test_curve.h"
 #include "workflows/report.h"
 
 namespace trame::workflows {
@@ -199,26 +200,51 @@ TEST(SideCurves, AreForcesPerWidthAndTheHeldSidesGoOverTheStrainOfTheOthers) {
       << csv;
 }
 
-TEST(PlateCurves, AreAPressureOverHowFarTheyHaveClosedIn) {
+TEST(TestCurves, AreAPressureOverHowFarPlatesHaveClosedIn) {
   micro::Scene scene;
   scene.weave.emplace();
-  scene.weave->warp.n_yarns = 4, scene.weave->warp.yarn_spacing = 0.5e-3;  // 2 mm wide
-  scene.weave->weft.n_yarns = 2, scene.weave->weft.yarn_spacing = 0.5e-3;  // 1 mm
+  using Dof = micro::BodyDof;
+  const double area = 2e-6;
+  scene.test_curve = micro::TestCurve{"plates", "m", "Pa", "compaction", {}};
+  scene.test_curve->terms = {{.body = "plate/upper", .dof = Dof::z, .motion = -1, .reaction = -0.5 / area},
+                             {.body = "plate/lower", .dof = Dof::z, .motion = 1, .reaction = 0.5 / area}};
   for (const char* name : {"plate/upper", "plate/lower"}) scene.bodies.push_back({name, Vec3::Zero(), {}});
   micro::Stage press;
   press.name = "compaction";
-  press.drives = {{"plate/*", micro::BodyDof::z, micro::DriveMode::strain, -0.1, ""}};
+  press.drives = {{"plate/*", Dof::z, micro::DriveMode::strain, -0.1, ""}};
   scene.stages = {press};
-  const CurvesTable table{{"plate/upper.z_m", "plate/upper.z_N", "plate/lower.z_m", "plate/lower.z_N"},
-                          {{"compaction", 0, {0, 0, 0, 0}}, {"compaction", 1, {-2e-6, -3e-3, 1e-6, 3e-3}}}};
+  CurvesTable table{{"plate/upper.z_m", "plate/upper.z_N", "plate/lower.z_m", "plate/lower.z_N"},
+                    {{"compaction", 0, {0, 0, 0, 0}}, {"compaction", 1, {-2e-6, -3e-3, 1e-6, 3e-3}}}};
   const std::vector<Curve> curves = curves_of(table, scene);
   ASSERT_EQ(curves.size(), 3U);
-  EXPECT_TRUE(curves[0].is_of_plates());
+  EXPECT_TRUE(curves[0].is_of_fabric());
   EXPECT_DOUBLE_EQ(curves[0].points[1].motion, 3e-6);
   EXPECT_DOUBLE_EQ(curves[0].points[1].reaction, 3e-3 / 2e-6);
+  EXPECT_TRUE(curves[0].parts.contains(curves[1].name));
   EXPECT_NE(plot_commands({curves[0]}).find("set ylabel 'pressure (kPa)'"), std::string::npos);
   const std::string csv = branches_csv(curves);
   EXPECT_NE(csv.find("plates,compaction,loading,m,Pa,0,3e-06,0,1500,"), std::string::npos) << csv;
+  add_columns(curves[0], table);
+  EXPECT_EQ(table.columns.back(), "plates.reaction_Pa");
+  EXPECT_DOUBLE_EQ(table.rows[1].values.back(), 1500);
+}
+
+TEST(TestCurves, CountMotionsOverALengthAsItIsWhenTheTestBegins) {
+  const micro::TestCurve bending{.name = "bending",
+                                 .motion_unit = "1/m",
+                                 .reaction_unit = "N",
+                                 .stage = "bending",
+                                 .terms = {{.body = "end", .dof = micro::BodyDof::ry, .motion = -1, .reaction = -2},
+                                           {.body = "end", .dof = micro::BodyDof::x, .length = 1}},
+                                 .length = 1e-3};
+  const CurvesTable table{
+      {"end.x_m", "end.x_N", "end.ry_rad", "end.ry_Nm"},
+      {{"settle", 1, {-2e-4, 0, 0, 0}}, {"bending", 0, {-2e-4, 0, 0, 0}}, {"bending", 1, {-3e-4, 0, -0.4, -5}}}};
+  const std::optional<Curve> curve = measured(bending, table);
+  ASSERT_TRUE(curve);
+  EXPECT_DOUBLE_EQ(curve->points.back().motion, 0.4 / 8e-4);
+  EXPECT_DOUBLE_EQ(curve->points.back().reaction, 10);
+  EXPECT_FALSE(measured(bending, CurvesTable{{"end.x_m", "end.x_N"}, {}})) << "columns that are missing";
 }
 
 TEST(CurvesPlot, DrawsUnloadingDashedAndBackToWhereItBegan) {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "micro/scene/named_test.h"
 #include "micro/scene/weave.h"
+#include "workflows/curves/test_curve.h"
 #include "workflows/program/csv.h"
 
 namespace trame::workflows {
@@ -49,7 +49,7 @@ std::vector<Curve> side_curves(const CurvesTable& table, const std::optional<mic
                 works};
     double per = 1;
     if (scene && scene->weave) {
-      per = side_widths(*scene->weave)[side];
+      per = cell_width(*scene->weave, side == 0);
       curve.reaction_unit = "N/m";
     }
     add_points(table, *strain, *force, per, curve);
@@ -67,27 +67,6 @@ std::set<std::string> driving_stages(const micro::Scene& scene, const std::strin
     for (std::size_t s = 0; s < scene.stages.size() && driven.dof == dof; ++s)
       if (driven.modes[s] && driven.modes[s] != micro::DriveMode::follow) stages.insert(scene.stages[s].name);
   return stages;
-}
-
-/// The plates of a compaction of a weave as one curve.
-std::optional<Curve> plate_curve(const CurvesTable& table, const std::optional<micro::Scene>& scene) {
-  if (!scene || !scene->weave) return std::nullopt;
-  std::array<std::size_t, 2> motion{}, reaction{};
-  for (const std::size_t side : {0, 1}) {
-    const auto names = dof_columns(std::string(micro::plate_names[side]), micro::BodyDof::z);
-    const auto moves = table.find(names[0]), bears = table.find(names[1]);
-    if (!moves || !bears) return std::nullopt;
-    motion[side] = *moves;
-    reaction[side] = *bears;
-  }
-  const auto [across_warp, across_weft] = side_widths(*scene->weave);
-  const double area = across_warp * across_weft / scene->weave->weft_direction().y();
-  Curve curve{"plates", "m", "Pa", {}, {}, true};
-  for (const CurvesTable::Row& row : table.rows)
-    curve.points.push_back({row.stage, row.stage_time, row.values[motion[1]] - row.values[motion[0]],
-                            0.5 * (row.values[reaction[1]] - row.values[reaction[0]]) / area});
-  curve.stages = driving_stages(*scene, std::string(micro::plate_names[0]), micro::BodyDof::z);
-  return curve.stages.empty() ? std::nullopt : std::optional(curve);
 }
 
 /// The body and dof that a column of motions is of.
@@ -189,21 +168,21 @@ std::vector<std::size_t> turns_of(const std::vector<Point>& points, std::size_t 
 
 }  // namespace
 
-std::array<double, 2> side_widths(const micro::Weave& weave) {
-  return {micro::cell_width(weave, true), micro::cell_width(weave, false)};
+std::string curve_name(const std::string& body, micro::BodyDof dof) {
+  return fmt::format("{}, {}", body, micro::dof_name(dof));
 }
 
 std::vector<Curve> curves_of(const CurvesTable& table, const std::optional<micro::Scene>& scene) {
   std::vector<Curve> curves = side_curves(table, scene);
-  if (auto plates = plate_curve(table, scene)) curves.insert(curves.begin(), std::move(*plates));
+  if (auto test = scene && scene->test_curve ? measured(*scene->test_curve, table) : std::nullopt)
+    curves.insert(curves.begin(), std::move(*test));
   for (std::size_t i = 0; i + 1 < table.columns.size(); ++i) {
     const auto driven = dof_of(table.columns[i]);
     if (!driven) continue;
     const auto& [body, dof] = *driven;
     if (dof_columns(body, dof)[1] != table.columns[i + 1]) continue;
     const bool turns = dof >= micro::BodyDof::rx;
-    Curve curve{
-        fmt::format("{}, {}", body, micro::dof_name(dof)), turns ? "rad" : "m", turns ? "N m" : "N", {}, {}, true};
+    Curve curve{curve_name(body, dof), turns ? "rad" : "m", turns ? "N m" : "N", {}, {}, true};
     add_points(table, i, i + 1, 1, curve);
     if (scene)
       curve.stages = driving_stages(*scene, body, dof);

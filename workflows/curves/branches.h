@@ -10,14 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "workflows/curves/curve_units.h"
 #include "workflows/curves/curves_table.h"
 
 namespace trame::workflows {
-
-/// Curves of a kind go onto one pair of axes. In the order in which they are shown.
-enum class CurveKind : std::uint8_t { plates, sides, translation, rotation };
-inline constexpr std::array curve_kinds = {CurveKind::plates, CurveKind::sides, CurveKind::translation,
-                                           CurveKind::rotation};
 
 /// A reaction over a motion, through all stages of a run.
 struct Curve {
@@ -26,31 +22,24 @@ struct Curve {
     double stage_time = 0, motion = 0, reaction = 0;
   };
   std::string name;                        ///< "warp sides", "plates", "right, x"
-  std::string motion_unit, reaction_unit;  ///< "1", "m", "rad"; "N/m", "Pa", "N", "N m"
+  std::string motion_unit, reaction_unit;  ///< of a `CurveKind`
   std::vector<Point> points;
   std::set<std::string> stages;  ///< that drive it; not those in which it follows another body
   /// Its reaction does work along its motion; not so of sides that keep their distance, over the strain of the others.
   bool works = true;
+  std::set<std::string> parts = {};  ///< names of curves that it is made of
 
+  [[nodiscard]] const CurveKind& kind() const { return curve_kind(motion_unit, reaction_unit); }
   [[nodiscard]] bool is_of_sides() const { return motion_unit == "1"; }
-  /// Pressure over how far plates have closed in.
-  [[nodiscard]] bool is_of_plates() const { return reaction_unit == "Pa"; }
-  [[nodiscard]] bool is_of_fabric() const { return is_of_sides() || is_of_plates(); }
-  [[nodiscard]] bool turns() const { return motion_unit == "rad"; }
-  [[nodiscard]] CurveKind kind() const {
-    return is_of_plates()  ? CurveKind::plates
-           : is_of_sides() ? CurveKind::sides
-           : turns()       ? CurveKind::rotation
-                           : CurveKind::translation;
-  }
+  [[nodiscard]] bool is_of_fabric() const { return kind().is_of_fabric; }
 };
 
-/// All curves of a table that some stage drives. Those of sides are strains and, where the scene is known, forces per
-/// width of the fabric; that of the plates of a compaction is a pressure on yarns × spacing of both systems.
-[[nodiscard]] std::vector<Curve> curves_of(const CurvesTable& table, const std::optional<micro::Scene>& scene);
+/// Name of the curve of a dof of a body.
+[[nodiscard]] std::string curve_name(const std::string& body, micro::BodyDof dof);
 
-/// Width of the fabric that the warp and the weft pull on, m: yarns × spacing.
-[[nodiscard]] std::array<double, 2> side_widths(const micro::Weave& weave);
+/// All curves of a table that some stage drives. Those of sides are strains and, where the scene is known, forces per
+/// width of the fabric; the one that a test by name is done for comes first.
+[[nodiscard]] std::vector<Curve> curves_of(const CurvesTable& table, const std::optional<micro::Scene>& scene);
 
 /// A part of a curve, within a stage, whose motion goes one way.
 struct Branch {

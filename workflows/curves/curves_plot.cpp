@@ -24,30 +24,28 @@ std::string plot_title(std::string name) {
 }
 
 std::string data_block(const Curve& curve, const Branch& branch, const std::string& name) {
-  const Axes axes = axes_of(curve);
+  const CurveKind& kind = curve.kind();
   std::string text = fmt::format("${} << EOD\n", name);
   for (std::size_t i = branch.first; i <= branch.last; ++i)
-    text += fmt::format("{:.9g} {:.9g}\n", curve.points[i].motion / axes.per_motion,
-                        curve.points[i].reaction / axes.per_reaction);
+    text += fmt::format("{:.9g} {:.9g}\n", kind.motion.factor * curve.points[i].motion,
+                        kind.reaction.factor * curve.points[i].reaction);
   return text + "EOD\n";
 }
 
 }  // namespace
 
 Axes axes_of(const Curve& curve) {
-  if (curve.is_of_sides())
-    return {"strain of the sides (%)", curve.reaction_unit == "N" ? "force on a side (N)" : "force per width (N/m)",
-            0.01, 1};
-  if (curve.is_of_plates()) return {"plates closed in (µm)", "pressure (kPa)", 1e-6, 1e3};
-  if (curve.turns()) return {"turn of the body (°)", "moment about the axis (µN m)", std::numbers::pi / 180, 1e-6};
-  return {"motion of the body (µm)", "force along the axis (mN)", 1e-6, 1e-3};
+  const CurveKind& kind = curve.kind();
+  return {fmt::format("{} ({})", kind.motion_label, kind.motion.unit),
+          fmt::format("{} ({})", kind.reaction_label, kind.reaction.unit)};
 }
 
-std::vector<Curve> curves_to_draw(CurveKind kind, const std::vector<Curve>& curves, std::size_t most) {
+std::vector<Curve> curves_to_draw(const CurveKind& kind, const std::vector<Curve>& curves, std::size_t most) {
   std::vector<std::pair<double, const Curve*>> found;
   for (const Curve& curve : curves)
-    if (curve.kind() == kind && !branches_of(curve).empty()) found.emplace_back(largest_work(curve), &curve);
-  if (kind != CurveKind::sides)  // warp, then weft
+    if (&curve.kind() == &kind && !branches_of(curve).empty()) found.emplace_back(largest_work(curve), &curve);
+  const bool are_sides = !found.empty() && found.front().second->is_of_sides();
+  if (!are_sides)  // those are warp, then weft
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Curve> chosen;
   for (std::size_t i = 0; i < std::min(found.size(), most); ++i) chosen.push_back(*found[i].second);

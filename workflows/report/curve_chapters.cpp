@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
-#include "micro/scene/named_test.h"
 #include "micro/scene/weave.h"
 #include "workflows/curves/curves_plot.h"
 #include "workflows/program/gnuplot.h"
@@ -36,31 +34,6 @@ std::vector<double> interleaved(const std::vector<Vec3>& translations, const std
   return numbers;
 }
 
-/// A factor and the unit that it leads to, for the table.
-struct Shown {
-  double factor;
-  const char* unit;
-};
-Shown shown_motion(const Curve& c) {
-  if (c.is_of_sides()) return {100, "%"};
-  return c.turns() ? Shown{180 / std::numbers::pi, "°"} : Shown{1e6, "µm"};
-}
-Shown shown_reaction(const Curve& c) {
-  if (c.is_of_sides()) return {1, c.reaction_unit == "N" ? "N" : "N/m"};
-  if (c.is_of_plates()) return {1e-3, "kPa"};
-  return c.turns() ? Shown{1e6, "µN m"} : Shown{1e3, "mN"};
-}
-Shown shown_stiffness(const Curve& c) {
-  if (c.is_of_sides()) return {1e-3, c.reaction_unit == "N" ? "kN" : "kN/m"};
-  if (c.is_of_plates()) return {1e-9, "kPa/µm"};
-  return c.turns() ? Shown{1e6, "µN m/rad"} : Shown{1, "N/m"};
-}
-Shown shown_work(const Curve& c) {
-  if (c.is_of_sides()) return {1, c.reaction_unit == "N" ? "N" : "J/m²"};
-  if (c.is_of_plates()) return {1, "J/m²"};
-  return {1e6, "µJ"};
-}
-
 std::string number(double value, const Shown& as) { return fmt::format("{:.3g} {}", as.factor * value, as.unit); }
 std::string from_to(double start, double end, const Shown& as) {
   const double small = 1e-6 * std::max(std::abs(start), std::abs(end));
@@ -69,15 +42,14 @@ std::string from_to(double start, double end, const Shown& as) {
 }
 
 void add_rows(const Curve& curve, HtmlTable& rows) {
+  const CurveKind& kind = curve.kind();
   for (const Branch& b : branches_of(curve)) {
     const Curve::Point &start = curve.points[b.first], &end = curve.points[b.last];
-    rows.rows.push_back({escaped(curve.name), escaped(start.stage), text(b.kind),
-                         from_to(start.motion, end.motion, shown_motion(curve)),
-                         from_to(start.reaction, end.reaction, shown_reaction(curve)),
-                         number(b.initial_stiffness, shown_stiffness(curve)),
-                         number(b.tangent_stiffness, shown_stiffness(curve)),
-                         curve.works ? number(b.work, shown_work(curve)) : "",
-                         curve.works && b.loop ? number(*b.loop, shown_work(curve)) : ""});
+    rows.rows.push_back(
+        {escaped(curve.name), escaped(start.stage), text(b.kind), from_to(start.motion, end.motion, kind.motion),
+         from_to(start.reaction, end.reaction, kind.reaction), number(b.initial_stiffness, kind.stiffness),
+         number(b.tangent_stiffness, kind.stiffness), curve.works ? number(b.work, kind.work) : "",
+         curve.works && b.loop ? number(*b.loop, kind.work) : ""});
   }
 }
 
@@ -91,11 +63,9 @@ std::string curves_figure(const std::vector<Curve>& curves) {
   return figure(inline_image(*svg, "image/svg+xml", what), filled("curves_caption", {{"what", what}}));
 }
 
-/// Plates, sides, and the periods of a cell along its yarns, are shown as such.
-bool is_shown_as_fabric(const Curve& curve) {
-  return std::any_of(micro::plate_names.begin(), micro::plate_names.end(),
-                     [&](std::string_view plate) { return curve.name == fmt::format("{}, z", plate); }) ||
-         curve.name == fmt::format("{}, x", micro::period_name(true)) ||
+/// Sides, and the periods of a cell along its yarns, are shown as such.
+bool is_shown_as_sides(const Curve& curve) {
+  return curve.name == fmt::format("{}, x", micro::period_name(true)) ||
          curve.name == fmt::format("{}, y", micro::period_name(false)) ||
          (curve.name.starts_with("side/warp/") && curve.name.ends_with(", x")) ||
          (curve.name.starts_with("side/weft/") && curve.name.ends_with(", y"));
@@ -126,10 +96,14 @@ std::vector<Curve> worth_showing(const std::vector<Curve>& curves) {
   for (const Curve& curve : curves)
     if (!curve.is_of_fabric()) most = std::max(most, largest_work(curve));
   const bool has_fabric = std::any_of(curves.begin(), curves.end(), std::mem_fn(&Curve::is_of_fabric));
+  const auto is_shown_else = [&](const Curve& curve) {
+    return (has_fabric && is_shown_as_sides(curve)) ||
+           std::any_of(curves.begin(), curves.end(),
+                       [&](const Curve& test) { return test.parts.contains(curve.name); });
+  };
   std::vector<Curve> kept;
   for (const Curve& curve : curves)
-    if (curve.is_of_fabric() || (largest_work(curve) >= small * most && !(has_fabric && is_shown_as_fabric(curve))))
-      kept.push_back(curve);
+    if (curve.is_of_fabric() || (largest_work(curve) >= small * most && !is_shown_else(curve))) kept.push_back(curve);
   return kept;
 }
 
@@ -165,7 +139,7 @@ std::string curves_html(std::vector<Curve> curves, bool is_weave, bool are_saved
                             "work", "loop"},
                  .rows = {}};
   std::size_t n_shown = 0, n_dofs = 0;
-  for (const CurveKind kind : curve_kinds) {
+  for (const CurveKind& kind : curve_kinds()) {
     const std::vector<Curve> shown = curves_to_draw(kind, worth);
     figures += curves_figure(shown);
     for (const Curve& curve : shown) {

@@ -8,6 +8,7 @@ import pandas as pd
 Table = pd.DataFrame
 
 _unit_of_suffix = {"m": "m", "rad": "rad", "N": "N", "Nm": "N m"}
+_of_test = re.compile(r"(.*)\.(motion|reaction)_(.*)", re.DOTALL)  # the curve that a [test] is done for
 
 
 def unit(column):
@@ -16,6 +17,8 @@ def unit(column):
         return ""
     if column == "stage_time" or column.endswith("_strain"):
         return "1"
+    if test := _of_test.fullmatch(column):
+        return _unit_of_suffix.get(test[3], test[3])
     return _unit_of_suffix.get(column.rsplit("_", 1)[-1], "")
 
 
@@ -57,6 +60,10 @@ def curves_of(table, widths=None):
     for side, width in zip(("warp", "weft"), widths or (None, None)):
         if f"{side}_strain" in table:
             add(f"{side} sides", f"{side}_strain", f"{side}_force_N", "1", "N/m" if width else "N", width or 1.0)
+    tests = {found[1]: column for column in table.columns if (found := _of_test.fullmatch(column))}
+    for name, reaction in tests.items():
+        motion = next(column for column in table.columns if column.startswith(f"{name}.motion_"))
+        add(name, motion, reaction, unit(motion), unit(reaction))
     for column in table.columns:
         found = re.fullmatch(r"(.*)\.(r?[xyz])_(m|rad)", column, re.DOTALL)
         if not found:

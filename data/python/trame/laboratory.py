@@ -1,7 +1,8 @@
 """The tests that textile engineers do, by name, on a fabric: curves in the units of the field, and whether physics holds.
 
-A fabric is a scene with a [weave]. A patch is pulled both ways and one way, a yarn is drawn out of it, a yarn is pulled,
-and it is pressed; a periodic cell is pulled, sheared to both sides and pressed. Each test is a [test] of a scene of its own.
+A fabric is a scene with a [weave]. A patch is pulled both ways and one way, bent, a yarn is drawn out of it, a yarn is
+pulled, and it is pressed; a periodic cell is pulled, sheared to both sides and pressed. Each test is a [test] of a
+scene of its own.
 """
 
 import tomllib
@@ -15,12 +16,16 @@ from .programs import run_scene
 
 _patch = {"biaxial": {"kind": "biaxial", "warp_strain": "1 %", "weft_strain": "1 %"},
           "uniaxial": {"kind": "uniaxial", "strain": "2 %"},
+          "bending": {"kind": "bending", "curvature": "1 mm-1"},
           "pull-out": {"kind": "pull_out", "yarn": "warp/1", "distance": "50 um"},
           "yarn tension": {"kind": "yarn_tension", "yarn": "warp/1", "strain": "1 %"},
           "compaction": {"kind": "compaction", "strain": "5 %"}}
 _cell = {"biaxial": _patch["biaxial"], "uniaxial": _patch["uniaxial"],
          "shear": {"kind": "shear", "strain": "10 %"}, "shear back": {"kind": "shear", "strain": "-10 %"},
          "compaction": _patch["compaction"]}
+# What is the curve of a test, from SI to the units of its labels.
+_measured = {"bending": ("bending", 1e-3, 1e3, ("curvature (1/mm)", "moment per width (mN)")),
+             "compaction": ("plates", 1e6, 1e-3, ("plates closed in (µm)", "pressure (kPa)"))}
 names = list(dict.fromkeys([*_patch, *_cell]))
 
 
@@ -94,10 +99,10 @@ def _evaluated(fabric, name, keys, run):
     elif stage == "shear":
         motion = np.degrees(np.arctan(table["cell/weft.x_m"] / widths[0]))
         force, labels = table["cell/weft.x_N"] / widths[1], ("shear angle (°)", "shear force per width (N/m)")
-    elif stage == "compaction":
-        motion = 1e6 * (table["plate/lower.z_m"] - table["plate/upper.z_m"])
-        force = 1e-3 * 0.5 * (table["plate/lower.z_N"] - table["plate/upper.z_N"]) / run.area()
-        labels = "plates closed in (µm)", "pressure (kPa)"
+    elif stage in _measured:
+        name, per_motion, per_force, labels = _measured[stage]
+        curve = run.curve(name).stage(stage).table
+        motion, force = per_motion * curve["motion"], per_force * curve["reaction"]
     else:
         motion, force = 1e6 * table[f"{keys['yarn']}/end.x_m"], 1e3 * table[f"{keys['yarn']}/end.x_N"]
         labels = "motion of the yarn's end (µm)", "force (mN)"
