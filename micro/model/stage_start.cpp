@@ -45,11 +45,12 @@ void place_leaders(const Assembly& assembly, const Stage& stage, std::vector<Pos
 
 namespace {
 
-/// How far fibers reach against a direction: the smallest n·x of all their particles, between nodes on the parabolas of
-/// their elements.
-double lowest_along(const Vec3& n, const FiberMesh& mesh, const FiberConfiguration& fibers) {
+/// Where along its direction n the centre of a plane or sphere is as it touches the first fiber: the smallest n·x for
+/// all particles of the fibers, between nodes on the parabolas of their elements. Infinite where a sphere passes by.
+double place_of_touch(const Surface& surface, const Vec3& centre, const Vec3& n, const FiberMesh& mesh,
+                      const FiberConfiguration& fibers) {
   constexpr int n_places = 4;  // of an element
-  double lowest = std::numeric_limits<double>::infinity();
+  double nearest = std::numeric_limits<double>::infinity();
   for (Index f = 0; f < mesh.n_fibers(); ++f)
     for (Index first = mesh.first_node[f]; first + 2 < mesh.first_node[f + 1]; first += 2)
       for (int place = 0; place <= n_places; ++place) {
@@ -60,9 +61,13 @@ double lowest_along(const Vec3& n, const FiberMesh& mesh, const FiberConfigurati
           g1 += shape[a] * fibers.g1[first + a];
           g2 += shape[a] * fibers.g2[first + a];
         }
-        lowest = std::min(lowest, n.dot(r) - mesh.radius[f] * std::hypot(n.dot(g1), n.dot(g2)));
+        const double reach = surface.radius + mesh.radius[f], aside = n.cross(r - centre).norm();
+        if (surface.shape == SurfaceShape::plane)
+          nearest = std::min(nearest, n.dot(r) - mesh.radius[f] * std::hypot(n.dot(g1), n.dot(g2)));
+        else if (aside < reach)
+          nearest = std::min(nearest, n.dot(r) - std::sqrt(reach * reach - aside * aside));
       }
-  return lowest;
+  return nearest;
 }
 
 }  // namespace
@@ -73,9 +78,10 @@ void place_touching(const Scene& scene, const Assembly& assembly, const Stage& s
     for (const SurfaceSpec& spec : body.surfaces) {
       if (!spec.touches || !comes_in(spec, scene, stage)) continue;
       Pose& pose = start.poses[*names.find(body.name)];
-      const Vec3 normal = pose.rotation * spec.surface.direction,
-                 on_plane = pose.position + pose.rotation * spec.surface.center;
-      pose.position += (lowest_along(normal, assembly.mesh, start.configuration) - normal.dot(on_plane)) * normal;
+      const Vec3 direction = pose.rotation * spec.surface.direction,
+                 centre = pose.position + pose.rotation * spec.surface.center;
+      const double touch = place_of_touch(spec.surface, centre, direction, assembly.mesh, start.configuration);
+      if (std::isfinite(touch)) pose.position += (touch - direction.dot(centre)) * direction;
     }
 }
 

@@ -39,7 +39,7 @@ struct StageStart {
 /// A body without ties that leads others stands at the middle of its followers when a stage begins.
 void place_leaders(const Assembly& assembly, const Stage& stage, std::vector<Pose>& poses);
 
-/// Bodies of planes that touch from this stage on are moved along their normals to where they do.
+/// Bodies of planes and spheres that touch from this stage on are moved along their directions to where they do.
 void place_touching(const Scene& scene, const Assembly& assembly, const Stage& stage, StageStart& start);
 
 /// The start of the stage after `stage`, which ended at `state`; sections of rods go on from `start`, its own.

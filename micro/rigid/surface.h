@@ -23,7 +23,7 @@ enum class SurfaceShape : std::uint8_t {
 struct Surface {
   SurfaceShape shape = SurfaceShape::plane;
   Vec3 center = Vec3::Zero();      ///< a point of a plane; the origin of a mesh
-  Vec3 direction = Vec3::UnitZ();  ///< unit: normal of a plane, axis of a cylinder
+  Vec3 direction = Vec3::UnitZ();  ///< unit: normal of a plane, axis of a cylinder; where a touching sphere goes
   double radius = 0;               ///< of a cylinder or sphere
   double half_length = 0;          ///< of a cylinder between the centres of its rounded ends; 0: without end
   Vec3 half_size = Vec3::Zero();   ///< of a box

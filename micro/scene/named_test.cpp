@@ -24,15 +24,16 @@ struct KindOfTest {
   Specimen of;
 };
 
-const std::array<KindOfTest, 8>& kinds() {  // in the order of NamedTestKind
-  static const std::array<KindOfTest, 8> all = {{{"biaxial", {}, {"warp_strain", "weft_strain"}, Specimen::weave},
+const std::array<KindOfTest, 9>& kinds() {  // in the order of NamedTestKind
+  static const std::array<KindOfTest, 9> all = {{{"biaxial", {}, {"warp_strain", "weft_strain"}, Specimen::weave},
                                                  {"uniaxial", {"strain"}, {"direction"}, Specimen::weave},
-                                                 {"shear", {"strain"}, {}, Specimen::weave},
+                                                 {"shear", {}, {"strain", "angle"}, Specimen::weave},
                                                  {"bending", {"curvature"}, {"direction", "clamps"}, Specimen::patch},
                                                  {"pull_out", {"yarn", "distance"}, {"end"}, Specimen::patch},
                                                  {"yarn_tension", {"yarn", "strain"}, {}, Specimen::yarn},
                                                  {"yarn_bending", {"yarn", "curvature"}, {"clamps"}, Specimen::bundle},
-                                                 {"compaction", {"strain"}, {}, Specimen::any}}};
+                                                 {"compaction", {"strain"}, {}, Specimen::any},
+                                                 {"indentation", {"radius", "depth"}, {}, Specimen::patch}}};
   return all;
 }
 
@@ -106,6 +107,31 @@ void check_yarn_bending(const SceneValue& table, const NamedTest& test, const Sc
   check_curvature(table, test, (bundle.points[1] - bundle.points[0]).norm());
 }
 
+/// A cell by the strain of its period, a patch by the angle of the frame around it.
+void check_shear(const SceneValue& table, const NamedTest& test, const Scene& scene) {
+  const bool warp = scene.weave->warp.periodic, weft = scene.weave->weft.periodic;
+  if (warp != weft) table.find("kind")->fail("needs a [weave] that is periodic both ways, or neither way");
+  const auto expect = [&](const char* own, const char* other, const char* of) {
+    if (!table.find(own)) table.fail_missing(own, fmt::format("what test \"shear\" of a {} needs", of));
+    if (const auto value = table.find(other)) value->fail(fmt::format("has no effect on a {}, which has {}", of, own));
+  };
+  if (warp)
+    expect("strain", "angle", "periodic cell");
+  else
+    expect("angle", "strain", "patch");
+  if (test.angle == 0) table.find("angle")->fail("must be other than 0");
+}
+
+/// Above the middle of the patch a sphere of half a spacing meets a yarn, whatever stands there.
+void check_indentation(const SceneValue& table, const NamedTest& test, const Scene& scene) {
+  if (scene.weave->is_periodic())
+    table.find("kind")->fail("needs a [weave] with ends, which hold it; a periodic one has none");
+  const double least = 0.5 * std::max(scene.weave->warp.yarn_spacing, scene.weave->weft.yarn_spacing);
+  if (*test.radius < least)
+    table.find("radius")->fail(
+        fmt::format("must be at least {:g} m, half a yarn spacing, or the sphere falls through the fabric", least));
+}
+
 NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
   NamedTest test;
   read_table(table, named_test_keys(yarns_of(scene)), {}, test);
@@ -116,16 +142,13 @@ NamedTest read_test_table(const SceneValue& table, const Scene& scene) {
       if (test.warp_strain.value_or(0) == 0 && test.weft_strain.value_or(0) == 0)
         table.fail("test \"biaxial\" must have a warp_strain or a weft_strain other than 0");
       break;
-    case NamedTestKind::shear:
-      if (!(scene.weave->warp.periodic && scene.weave->weft.periodic))
-        table.find("kind")->fail(
-            "needs a [weave] that is periodic both ways; at a patch it would be its sides that shear");
-      break;
+    case NamedTestKind::shear: check_shear(table, test, scene); break;
     case NamedTestKind::compaction:
       if (!(*test.strain > 0 && *test.strain < 1))
         table.find("strain")->fail(
             "must be greater than 0 and less than 1: the part of the thickness that is pressed out");
       break;
+    case NamedTestKind::indentation: check_indentation(table, test, scene); break;
     case NamedTestKind::bending: check_bending(table, test, scene); break;
     case NamedTestKind::yarn_bending: check_yarn_bending(table, test, scene); break;
     case NamedTestKind::pull_out: check_pull_out(table, test, scene); break;
@@ -144,6 +167,7 @@ std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns) {
   NamedValues<NamedTestKind> names;
   for (std::size_t k = 0; k < kinds().size(); ++k) names.emplace_back(kinds()[k].name, static_cast<NamedTestKind>(k));
   const auto strains = quantity(ratio, between(-10, 10));
+  constexpr double most_shear = std::numbers::pi / 180 * 80;
   return {
       key<T>("kind", &T::kind, choice(names), "which test; its stage has this name and comes after all others")
           .needed(),
@@ -165,12 +189,20 @@ std::vector<Key<NamedTest>> named_test_keys(const NameTable& yarns) {
           .otherwise("default: \"end\""),
       key<T>("distance", &T::distance, quantity(length, above(0)), "pull_out: that the end is drawn")
           .otherwise("needed there"),
+      key<T>("angle", &T::angle, quantity(angle, between(-most_shear, most_shear)),
+             "shear: of a patch in a picture frame; positive: warp turns towards weft")
+          .otherwise("needed there"),
       key<T>("curvature", &T::curvature, quantity(per_length, any()),
              "bending, yarn_bending: over the laid out length of the yarns; positive: their ends turn up")
           .otherwise("needed there"),
       key<T>("clamps", &T::clamps, choice<TieKind>({{"sliding", TieKind::sliding}, {"clamped", TieKind::clamped}}),
              "bending, yarn_bending: fibers slide through the clamps, or are held by them and stretch")
           .otherwise("default: \"sliding\""),
+      key<T>("radius", &T::radius, quantity(length, above(0)), "indentation: of the sphere, the body indenter")
+          .otherwise("needed there"),
+      key<T>("depth", &T::depth, quantity(length, above(0)),
+             "indentation: that the sphere goes down from where it touches the middle of the patch")
+          .otherwise("needed there"),
       key<T>("increments", &T::n_increments, integer(between(1, 100000)), "of a way, there or back"),
       key<T>("cycles", &T::n_cycles, integer(between(0, 1000)), "there and back; 0: there only")};
 }

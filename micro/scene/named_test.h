@@ -18,7 +18,8 @@ enum class NamedTestKind : std::uint8_t {
   pull_out,
   yarn_tension,
   yarn_bending,
-  compaction
+  compaction,
+  indentation
 };
 [[nodiscard]] std::string_view name_of(NamedTestKind kind);
 
@@ -28,8 +29,10 @@ struct NamedTest {
   std::optional<bool> along_warp;
   std::optional<std::string> yarn;
   std::optional<FiberEnd> end;
-  std::optional<double> distance;   ///< m
-  std::optional<double> curvature;  ///< 1/m
+  std::optional<double> distance;       ///< m
+  std::optional<double> curvature;      ///< 1/m
+  std::optional<double> angle;          ///< rad
+  std::optional<double> radius, depth;  ///< m
   std::optional<TieKind> clamps;
   Index n_increments = 10;  ///< of a way, there or back
   Index n_cycles = 0;       ///< there and back; 0: there only

@@ -14,7 +14,7 @@ namespace trame::micro {
 
 namespace {
 
-/// Bodies of the planes that a compaction presses with, above and below the fabric.
+/// Bodies of the planes that press on fibers, from above and from below.
 constexpr std::array<std::string_view, 2> plate_names = {"plate/upper", "plate/lower"};
 
 BodyDof axis_of(bool warp) { return warp ? BodyDof::x : BodyDof::y; }
@@ -101,8 +101,45 @@ void uniaxial(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
   release_all(!along_warp(test), scene, stage);
 }
 
-/// The weft's period leans along the warp: simple shear.
-void shear(const NamedTest& test, StageBuilder& stage) { stage.strain(period_name(false), BodyDof::x, *test.strain); }
+/// The arms of a picture frame about its middle: one points along the warp, the other along the weft.
+std::string arm_name(bool warp) { return fmt::format("frame/{}", family_of(warp)); }
+
+/// A picture frame. Two arms turn about its middle, each by half the angle, and carry the sides across them, which turn
+/// with the other arm: bars hinged at the corners. Yarn ends go with their side and turn with their yarn, as if hinged
+/// on the bar, so that nothing bends at the edge. The curve is the work of all turns per angle and area of the fabric,
+/// yarns × spacing of both systems: the shear force normalised as by Cao et al. (2008).
+TestCurve picture_frame(const NamedTest& test, const Weave& weave, StageBuilder& stage) {
+  TestCurve curve{"shear", "rad", "N/m", stage.stage().name, {}};
+  const double area = cell_width(weave, true) * cell_width(weave, false);
+  const auto turn = [&](const std::string& bodies, double sign) {
+    stage.move(bodies, BodyDof::rz, sign * 0.5 * *test.angle);
+  };
+  for (const bool warp : {true, false}) {
+    const std::string family = family_of(warp);
+    const double sign = warp ? 1 : -1, work = 0.5 / area;
+    turn(arm_name(warp), sign);
+    turn(fmt::format("side/{}/*", family), -sign);
+    turn(family + "/*", sign);
+    stage.follow(fmt::format("side/{}/*", family), {BodyDof::x, BodyDof::y}, arm_name(warp));
+    curve.terms.push_back({.body = arm_name(warp), .dof = BodyDof::rz, .motion = sign, .reaction = sign * work});
+    for (const char* end : {"start", "end"}) {
+      const std::string side = fmt::format("side/{}/{}", family, end);
+      stage.follow(fmt::format("{}/*/{}", family, end), {BodyDof::x, BodyDof::y}, side);
+      curve.terms.push_back({.body = side, .dof = BodyDof::rz, .reaction = -sign * work});
+      for (Index yarn = 1; yarn <= (warp ? weave.warp : weave.weft).n_yarns; ++yarn)
+        curve.terms.push_back(
+            {.body = fmt::format("{}/{}/{}", family, yarn, end), .dof = BodyDof::rz, .reaction = sign * work});
+    }
+  }
+  return curve;
+}
+
+/// Of a cell, the weft's period leans along the warp: simple shear.
+std::optional<TestCurve> shear(const NamedTest& test, const Scene& scene, StageBuilder& stage) {
+  if (test.angle) return picture_frame(test, *scene.weave, stage);
+  stage.strain(period_name(false), BodyDof::x, *test.strain);
+  return std::nullopt;
+}
 
 /// Leads both ends of a yarn across a strip that is bent.
 std::string bar_name(bool warp, Index yarn) { return fmt::format("bar/{}/{}", family_of(warp), yarn); }
@@ -203,21 +240,48 @@ std::optional<TestCurve> compaction(const NamedTest& test, const Scene& scene, S
   return curve;
 }
 
+constexpr const char* indenter_name = "indenter";
+
+/// A sphere that touches when it begins goes down onto the patch, whose yarn ends are held.
+TestCurve indentation(const NamedTest& test, StageBuilder& stage) {
+  stage.move(indenter_name, BodyDof::z, -*test.depth);
+  return {"indentation",
+          "m",
+          "N",
+          stage.stage().name,
+          {{.body = indenter_name, .dof = BodyDof::z, .motion = -1, .reaction = -1}}};
+}
+
 /// Fibers that lie on each other all through the thickness resist the more steeply, the fewer ways are left to bend:
 /// what they press into each other, other tests' hundredth of a radius, would hide the hysteresis.
 constexpr double compaction_penetration = 0.001;
 
-void add_plates(const SceneValue& kind, const NamedTest& test, Scene& scene) {
+/// A body that carries a surface from the stage of the test on, and stands where it touches fibers as that begins.
+void add_tool(const SceneValue& kind, const NamedTest& test, const std::string& name, const Surface& surface,
+              Scene& scene) {
   NameTable known = body_names(scene);
+  add_new_name(kind, name, known);
+  SurfaceSpec spec;
+  spec.surface = surface;
+  spec.from_stage = name_of(test.kind);
+  spec.touches = true;
+  scene.bodies.push_back({name, Vec3::Zero(), {}, {spec}});
+}
+
+void add_plates(const SceneValue& kind, const NamedTest& test, Scene& scene) {
   for (const std::size_t side : {0, 1}) {
-    SurfaceSpec surface;
-    surface.surface.direction = (side == 0 ? -1 : 1) * Vec3::UnitZ();
-    surface.from_stage = name_of(test.kind);
-    surface.touches = true;
-    BodySpec plate{std::string(plate_names[side]), Vec3::Zero(), {}, {surface}};
-    add_new_name(kind, plate.name, known);
-    scene.bodies.push_back(std::move(plate));
+    Surface plane;
+    plane.direction = (side == 0 ? -1 : 1) * Vec3::UnitZ();
+    add_tool(kind, test, std::string(plate_names[side]), plane, scene);
   }
+}
+
+void add_indenter(const SceneValue& kind, const NamedTest& test, Scene& scene) {
+  Surface sphere;
+  sphere.shape = SurfaceShape::sphere;
+  sphere.direction = -Vec3::UnitZ();
+  sphere.radius = *test.radius;
+  add_tool(kind, test, indenter_name, sphere, scene);
 }
 
 /// Adds a body without ties, for others to follow.
@@ -231,6 +295,10 @@ void add_bars(const SceneValue& kind, const NamedTest& test, Scene& scene) {
   const bool warp = along_warp(test);
   const Index n_across = (warp ? scene.weave->weft : scene.weave->warp).n_yarns;
   for (Index yarn = 1; yarn <= n_across; ++yarn) add_leader(kind, bar_name(!warp, yarn), scene);
+}
+
+void add_frame(const SceneValue& kind, Scene& scene) {
+  for (const bool warp : {true, false}) add_leader(kind, arm_name(warp), scene);
 }
 
 /// Bodies at both ends of a bundle.
@@ -278,8 +346,10 @@ std::optional<Stage> release_stage(const NamedTest& test, const Scene& scene) {
 
 void add_test_bodies(const SceneValue& root, const NamedTest& test, Scene& scene) {
   const SceneValue table = *root.find("test"), kind = *table.find("kind");
-  if (test.kind == NamedTestKind::compaction) add_plates(kind, test, scene);
+  if (test.kind == NamedTestKind::shear && test.angle) add_frame(kind, scene);
   if (test.kind == NamedTestKind::bending) add_bars(kind, test, scene);
+  if (test.kind == NamedTestKind::indentation) add_indenter(kind, test, scene);
+  if (test.kind == NamedTestKind::compaction) add_plates(kind, test, scene);
   if (const BundleSpec* bundle = bundle_of(test, scene)) add_end_bodies(*table.find("yarn"), *bundle, scene);
 }
 
@@ -291,11 +361,12 @@ void add_test_stage(const SceneValue& root, const NamedTest& test, Scene& scene)
   switch (test.kind) {
     case NamedTestKind::biaxial: biaxial(test, builder); break;
     case NamedTestKind::uniaxial: uniaxial(test, scene, builder); break;
-    case NamedTestKind::shear: shear(test, builder); break;
+    case NamedTestKind::shear: scene.test_curve = shear(test, scene, builder); break;
     case NamedTestKind::bending: scene.test_curve = bending(test, scene, builder); break;
     case NamedTestKind::pull_out: pull_out(test, builder); break;
     case NamedTestKind::yarn_tension: yarn_tension(test, scene, builder); break;
     case NamedTestKind::yarn_bending: scene.test_curve = yarn_bending(test, scene, builder); break;
+    case NamedTestKind::indentation: scene.test_curve = indentation(test, builder); break;
     case NamedTestKind::compaction: scene.test_curve = compaction(test, scene, builder); break;
   }
   std::vector<Stage> stages;

@@ -148,6 +148,10 @@ TEST(NamedTest, WhatDoesNotGoTogetherIsRefusedWithItsKey) {
                   {"test.distance", "greater than 0"});
   expect_mentions(error_of("kind = \"pull_out\"\nyarn = \"warp/1\"\ndistance = \"1 mm\""),
                   {"test.distance", "0.000326 m, the length of the yarn"});
+  expect_mentions(error_of("kind = \"shear\"\nstrain = 0.1"), {"angle", "test \"shear\" of a patch needs"});
+  expect_mentions(error_of("kind = \"shear\"\nangle = \"85 deg\""), {"test.angle", "85 deg", "1.39626"});
+  expect_mentions(error_of("kind = \"indentation\"\nradius = \"60 um\"\ndepth = \"1 um\""),
+                  {"test.radius", "6.5e-05 m", "falls through"});
   expect_mentions(error_of("kind = \"bending\"\ncurvature = \"0 m-1\""), {"test.curvature", "other than 0"});
   expect_mentions(error_of("kind = \"bending\"\ncurvature = \"30 mm-1\""), {"test.curvature", "to 19273.6 per m"});
   expect_mentions(error_of("kind = \"bending\"\ncurvature = \"1 mm-1\"\nclamps = \"glue\""),
@@ -311,6 +315,41 @@ TEST(NamedTest, BendingOfYarnsThatDoNotTouchIsThatOfTheirFibers) {
                  middle = result.last().fibers.r[result.last_node(direction == "warp" ? 0 : 2) - 10];
       EXPECT_GT((tip.z() - middle.z()) * curvature, 0);
     }
+}
+
+// A frame whose sides keep their lengths while its corners close by the angle; straight yarns turn in it freely.
+TEST(NamedTest, PictureFrameTurnsYarnsAndKeepsTheirLengths) {
+  const double angle = 30 * std::numbers::pi / 180;
+  const Scene scene = parse_scene(patch("kind = \"shear\"\nangle = \"30 deg\"\nincrements = 3"), "s.toml");
+  const auto result = test::run_scene(scene);
+  ASSERT_TRUE(result.done()) << result.summary.message;
+  const auto [turned, force] = measured(scene, result, 3);
+  EXPECT_NEAR(turned, angle, 1e-9);
+  EXPECT_NEAR(force, 0, 1e-6) << "N/m, of fibers that take 600 N/m at a strain of one";
+  const auto affine = [&](double x, double y) -> Vec3 {
+    const double c = std::cos(angle / 2), s = std::sin(angle / 2);
+    return {c * x + s * y, s * x + c * y, 0};
+  };
+  for (const double side : {-1.0, 1.0}) {
+    const std::string end = side < 0 ? "start" : "end";
+    const auto place = [&](const std::string& yarn) {
+      return result.last().bodies.position[test::body_named(result, yarn + end)];
+    };
+    EXPECT_LT((place("warp/1/") - affine(side * 0.5e-3, -0.25e-3)).norm(), 1e-8);
+    EXPECT_LT((place("weft/2/") - affine(0.25e-3, side * 0.5e-3)).norm(), 1e-8);
+  }
+}
+
+// Two fibers of 1 mm that cross a gap of 0.5 mm: the sphere rests on both pairs of yarns, from where it touches them.
+TEST(NamedTest, IndenterBeginsWhereItTouches) {
+  std::string text = patch("kind = \"indentation\"\nradius = \"1 mm\"\ndepth = \"2 um\"\nincrements = 1");
+  const Scene scene = parse_scene(text, "s.toml");
+  const auto result = test::run_scene(scene);
+  ASSERT_TRUE(result.done()) << result.summary.message;
+  const double reach = 1e-3 + 9.772e-6, aside = 0.25e-3;
+  EXPECT_NEAR(result.last().bodies.position[test::body_named(result, "indenter")].z(),
+              std::sqrt(reach * reach - aside * aside) - 2e-6, 1e-8);
+  EXPECT_NEAR(measured(scene, result, 1)[0], 2e-6, 1e-12);
 }
 
 TEST(NamedTest, PullOutOfAYarnThatNothingHoldsTakesNoForce) {

@@ -17,6 +17,8 @@ constexpr std::array kinds = {
     CurveKind{
         "1/m", "N", "curvature", "moment per width", per_millimetre, {1e3, "mN"}, {1e6, "µN m"}, {1e3, "mJ/m²"}, true},
     CurveKind{"1/m", "N m", "curvature", "moment", per_millimetre, {1e6, "µN m"}, {1e9, "mN mm²"}, {1e6, "µJ/m"}, true},
+    CurveKind{
+        "rad", "N/m", "shear angle", "shear force per length", degrees, {1, "N/m"}, {1, "N/m/rad"}, {1, "J/m²"}, true},
     CurveKind{"1",
               "N/m",
               "strain of the sides",

@@ -1,6 +1,6 @@
 """The tests that textile engineers do, by name, on a fabric: curves in the units of the field, and whether physics holds.
 
-A fabric is a scene with a [weave]. A patch is pulled both ways and one way, bent, a yarn is drawn out of it, a yarn is
+A fabric is a scene with a [weave]. A patch is pulled both ways and one way, bent, sheared, indented, a yarn is drawn out of it, a yarn is
 pulled, and it is pressed; a periodic cell is pulled, sheared to both sides and pressed. Each test is a [test] of a
 scene of its own.
 """
@@ -17,6 +17,8 @@ from .programs import run_scene
 _patch = {"biaxial": {"kind": "biaxial", "warp_strain": "1 %", "weft_strain": "1 %"},
           "uniaxial": {"kind": "uniaxial", "strain": "2 %"},
           "bending": {"kind": "bending", "curvature": "1 mm-1"},
+          "shear": {"kind": "shear", "angle": "10 deg"}, "shear back": {"kind": "shear", "angle": "-10 deg"},
+          "indentation": {"kind": "indentation", "radius": "150 um", "depth": "10 um"},
           "pull-out": {"kind": "pull_out", "yarn": "warp/1", "distance": "50 um"},
           "yarn tension": {"kind": "yarn_tension", "yarn": "warp/1", "strain": "1 %"},
           "compaction": {"kind": "compaction", "strain": "5 %"}}
@@ -25,6 +27,7 @@ _cell = {"biaxial": _patch["biaxial"], "uniaxial": _patch["uniaxial"],
          "compaction": _patch["compaction"]}
 # What is the curve of a test, from SI to the units of its labels.
 _measured = {"bending": ("bending", 1e-3, 1e3, ("curvature (1/mm)", "moment per width (mN)")),
+             "indentation": ("indentation", 1e6, 1e3, ("depth (µm)", "force (mN)")),
              "compaction": ("plates", 1e6, 1e-3, ("plates closed in (µm)", "pressure (kPa)"))}
 names = list(dict.fromkeys([*_patch, *_cell]))
 
@@ -96,6 +99,10 @@ def _evaluated(fabric, name, keys, run):
     if stage in ("biaxial", "uniaxial"):
         motion, force = percent * table["warp_strain"], per_warp * table["warp_force_N"]
         labels = "warp strain (%)", "warp force per width (N/m)"
+    elif stage == "shear" and "angle" in keys:
+        curve = run.curve("shear").stage(stage).table
+        motion, force = np.degrees(curve["motion"]), curve["reaction"]
+        labels = "shear angle (°)", "shear force per length (N/m)"
     elif stage == "shear":
         motion = np.degrees(np.arctan(table["cell/weft.x_m"] / widths[0]))
         force, labels = table["cell/weft.x_N"] / widths[1], ("shear angle (°)", "shear force per width (N/m)")
