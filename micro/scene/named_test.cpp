@@ -92,13 +92,19 @@ void check_curvature(const SceneValue& table, const NamedTest& test, double leng
                            -most, most, length));
 }
 
+/// Clamps and frames are made for yarns that stand on them.
+void check_right_angle(const SceneValue& table, const Weave& weave) {
+  if (weave.is_skew()) table.find("kind")->fail("needs a [weave] at right angles, without weave.angle");
+}
+
 void check_bending(const SceneValue& table, const NamedTest& test, const Scene& scene) {
   if (scene.weave->is_periodic())
     table.find("kind")->fail("needs a [weave] with ends, which turn; a periodic one has none");
   const Weave& weave = *scene.weave;
-  check_curvature(
-      table, test,
-      test.along_warp.value_or(true) ? weave.warp.length_across(weave.weft) : weave.weft.length_across(weave.warp));
+  check_right_angle(table, weave);
+  check_curvature(table, test,
+                  test.along_warp.value_or(true) ? weave.yarn_length(weave.warp, weave.weft)
+                                                 : weave.yarn_length(weave.weft, weave.warp));
 }
 
 void check_yarn_bending(const SceneValue& table, const NamedTest& test, const Scene& scene) {
@@ -119,6 +125,7 @@ void check_shear(const SceneValue& table, const NamedTest& test, const Scene& sc
     expect("strain", "angle", "periodic cell");
   else
     expect("angle", "strain", "patch");
+  if (!warp) check_right_angle(table, *scene.weave);
   if (test.angle == 0) table.find("angle")->fail("must be other than 0");
 }
 

@@ -166,7 +166,7 @@ TestCurve bending(const NamedTest& test, const Scene& scene, StageBuilder& stage
       warp ? std::tie(scene.weave->warp, scene.weave->weft) : std::tie(scene.weave->weft, scene.weave->warp);
   const BodyDof axis = axis_of(warp), turn = rotation(axis_of(!warp));
   const double up = warp ? -1 : 1;  // the sense in which a yarn's end turns up
-  TestCurve curve{"bending", "1/m", "N", stage.stage().name, {}, own.length_across(across)};
+  TestCurve curve{"bending", "1/m", "N", stage.stage().name, {}, scene.weave->yarn_length(own, across)};
   if (clamps(test) == TieKind::sliding) stage.slide(family + "/*");
   for (const char* end : {"start", "end"}) {
     const std::string side = fmt::format("side/{}/{}", family, end), ends = fmt::format("{}/*/{}", family, end);

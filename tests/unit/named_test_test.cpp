@@ -318,6 +318,16 @@ TEST(NamedTest, BendingOfYarnsThatDoNotTouchIsThatOfTheirFibers) {
 }
 
 // A frame whose sides keep their lengths while its corners close by the angle; straight yarns turn in it freely.
+TEST(NamedTest, ClampsAndFramesNeedYarnsThatStandOnThem) {
+  for (const char* test : {"kind = \"shear\"\nangle = \"30 deg\"", "kind = \"bending\"\ncurvature = \"1 /m\""}) {
+    std::string scene = patch(test);
+    const std::string weave = "[weave]\n";
+    scene.insert(scene.find(weave) + weave.size(), "angle = \"60 deg\"\n");
+    expect_mentions(input_error([&] { (void)parse_scene(scene, "s.toml"); }),
+                    {"test.kind", "needs a [weave] at right angles"});
+  }
+}
+
 TEST(NamedTest, PictureFrameTurnsYarnsAndKeepsTheirLengths) {
   const double angle = 30 * std::numbers::pi / 180;
   const Scene scene = parse_scene(patch("kind = \"shear\"\nangle = \"30 deg\"\nincrements = 3"), "s.toml");
