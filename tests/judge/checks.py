@@ -131,7 +131,7 @@ def overlaps(state):
             inside &= (s > mesh.radius[f]) & (s < mesh.length(f) - mesh.radius[f])
         if fa == fb:
             inside &= np.abs(sp - sq) > 2 * np.pi * mesh.radius[fa]
-        k = inside & (depth > 0)
+        k = inside & (depth > 0) & (mesh.is_judged(p, sp) | mesh.is_judged(q, sq))
         if k.any():
             out[fa, fb] = (sp[k], sq[k], depth[k]) if p == fa else (sq[k], sp[k], depth[k])
     return out
@@ -250,9 +250,12 @@ def fiber_balance(state, start):
     mesh, complaints = state.mesh, []
     tied = {(f, end) for f, end, _ in ties(mesh)}
     for f in range(mesh.n_fibers):
+        if not mesh.is_judged(f, 1.5 / 3 * mesh.length(f)):
+            continue
         force, elastic_size, contact_size = elastic.nodal_balance(state, start, f)
-        free = np.ones(len(force), bool)
-        free[0], free[-1] = (f, "start") not in tied, (f, "end") not in tied
+        free = mesh.is_judged(f, np.linspace(0, mesh.length(f), len(force)))
+        free[0] &= (f, "start") not in tied
+        free[-1] &= (f, "end") not in tied
         ends = sum(np.linalg.norm(force[k]) for k in (0, -1) if not free[k])
         off = np.linalg.norm(force[free], axis=1).sum()
         # Against what loads it across: its contacts, the pull at its ends as far as the fiber turns, and what

@@ -102,6 +102,12 @@ force_tolerance = 1e-9
 """
 
 
+def cell():
+    """The same as a periodic cell, stretched along the warp."""
+    scene = weave().replace("[weave]", "[weave]\nperiodic = true").replace("yarns = 3", "yarns = 2")
+    return scene + '[test]\nkind = "biaxial"\nwarp_strain = 0.01\nincrements = 2\n'
+
+
 class Judge(unittest.TestCase):
     binary = pathlib.Path()
 
@@ -114,6 +120,7 @@ class Judge(unittest.TestCase):
             ("beams", crossing("enriched", 0.3).text()),
             ("loop", loop().text()),
             ("weave", weave()),
+            ("cell", cell()),
         ):
             file = cls.folder / f"{name}.toml"
             file.write_text(scene)
@@ -254,7 +261,16 @@ class Judge(unittest.TestCase):
         def less(file, i):
             file["contacts/normal_force"][self.pressing(file, i)] *= np.float32(0.8)
 
-        self.assertIn("fibers", self.found("weave", less))
+        for name in ("weave", "cell"):
+            self.assertIn("fibers", self.found(name, less), name)
+
+    def test_fiber_of_a_cell_that_goes_into_others(self):
+        def sink(file, i):
+            first = file["mesh/first_node"][:]
+            file["fibers/r"][i, first[0] : first[1], 2] += 3 * R * 1e-6
+            file["contacts/count"][i] = 0
+
+        self.assertLessEqual({"contacts", "deep"}, self.found("cell", sink))
 
     def test_fibers_that_passed_through_each_other(self):
         def jump(file, i):

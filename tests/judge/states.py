@@ -39,6 +39,10 @@ class Mesh:
         # Of each yarn, its number within its family.
         self.number = [self.yarn_family[:y].tolist().count(k) for y, k in enumerate(self.yarn_family)]
 
+    def is_judged(self, fiber, s):
+        """Whether places of a fiber are to be judged, not only there for others to touch."""
+        return np.ones(np.shape(s), bool)
+
     def nodes(self, fiber):
         return slice(self.first[fiber], self.first[fiber + 1])
 
@@ -86,6 +90,9 @@ class State:
         self.normal_force, self.gap = take("normal_force").astype(float), take("gap").astype(float)
         self.position = take("position").astype(float).reshape(-1, 3)
         self.stands_for = take("length")
+        # Of a periodic cell: fiber b is displaced by so many periods.
+        image = [take(f"image_{k}") if f"image_{k}" in file["contacts"] else 0 * self.a for k in ("warp", "weft")]
+        self.image = np.stack(image, 1).astype(int)
         self.settings = mesh.stages.get(self.stage, {})
         self.is_rod = np.array([self._model(f) == "rod" for f in range(mesh.n_fibers)])
 
@@ -186,7 +193,7 @@ def ties(mesh):
                 if fnmatch.fnmatchcase(mesh.yarn_names[mesh.yarn[f]], tie["fibers"]):
                     out.append((f, tie["end"], mesh.body_names.index(body["name"])))
     for f in range(mesh.n_fibers):
-        if mesh.yarn_family[mesh.yarn[f]] < 2:
+        if mesh.yarn_family[mesh.yarn[f]] < 2 and f"{mesh.yarn_names[mesh.yarn[f]]}/start" in mesh.body_names:
             for end in ("start", "end"):
                 out.append((f, end, mesh.body_names.index(f"{mesh.yarn_names[mesh.yarn[f]]}/{end}")))
     return out
