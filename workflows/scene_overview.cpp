@@ -195,7 +195,7 @@ std::string bodies_text(const Scene& scene, Index n_bodies) {
   if (scene.weave && scene.weave->is_periodic()) {
     for (const auto& [family, yarns] : {std::pair{"warp", &scene.weave->warp}, {"weft", &scene.weave->weft}})
       if (yarns->periodic) {
-        names.push_back(period_name(yarns == &scene.weave->warp));
+        names.emplace_back(period_name(yarns == &scene.weave->warp));
       } else {
         names.push_back(fmt::format("{}/1..{}/start|end", family, yarns->n_yarns));
         names.push_back(fmt::format("side/{}/start|end", family));

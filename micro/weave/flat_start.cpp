@@ -135,7 +135,8 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const Weave& wea
   // Yarns are laid side by side along those that they cross; fibers in a yarn across it.
   const double pitch = weave.pitch(system);
   for (Index yarn = 0; yarn < system.n_yarns; ++yarn) {
-    const Vec3 middle = pitch * (yarn / system.n_layers - 0.5 * (system.n_columns() - 1)) * (is_warp ? weft : warp) +
+    const Index column = yarn / system.n_layers;
+    const Vec3 middle = pitch * (column - 0.5 * (system.n_columns() - 1)) * (is_warp ? weft : warp) +
                         heights[static_cast<std::size_t>(yarn)] * Vec3::UnitZ();
     const auto place = [&](double s, const Vec2& c) -> Vec3 {
       return middle + c[0] * across + s * along + c[1] * Vec3::UnitZ();
