@@ -22,6 +22,11 @@ BodyDof rotation(BodyDof axis) { return static_cast<BodyDof>(static_cast<int>(ax
 const char* family_of(bool warp) { return warp ? "warp" : "weft"; }
 bool along_warp(const NamedTest& test) { return test.along_warp.value_or(true); }
 
+/// Of a weave's plan, yarns × spacing of both systems, m².
+double area_of(const Weave& weave) {
+  return cell_width(weave, true) * cell_width(weave, false) / weave.weft_direction().y();
+}
+
 /// A stage under construction, all of whose drives go the same way.
 class StageBuilder {
  public:
@@ -110,7 +115,7 @@ std::string arm_name(bool warp) { return fmt::format("frame/{}", family_of(warp)
 /// yarns × spacing of both systems: the shear force normalised as by Cao et al. (2008).
 TestCurve picture_frame(const NamedTest& test, const Weave& weave, StageBuilder& stage) {
   TestCurve curve{"shear", "rad", "N/m", stage.stage().name, {}};
-  const double area = cell_width(weave, true) * cell_width(weave, false);
+  const double area = area_of(weave);
   const auto turn = [&](const std::string& bodies, double sign) {
     stage.move(bodies, BodyDof::rz, sign * 0.5 * *test.angle);
   };
@@ -230,8 +235,7 @@ std::optional<TestCurve> compaction(const NamedTest& test, const Scene& scene, S
   for (const std::string_view plate : plate_names) stage.strain(std::string(plate), BodyDof::z, -*test.strain);
   if (!scene.weave) return std::nullopt;
   TestCurve curve{"plates", "m", "Pa", stage.stage().name, {}};
-  const double area =
-      cell_width(*scene.weave, true) * cell_width(*scene.weave, false) / scene.weave->weft_direction().y();
+  const double area = area_of(*scene.weave);
   for (const std::size_t side : {0, 1}) {
     const double sign = side == 0 ? -1 : 1;
     curve.terms.push_back(

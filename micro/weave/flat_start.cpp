@@ -129,7 +129,7 @@ void append_yarn_system(Assembly& assembly, const Scene& scene, const Weave& wea
                         bool is_warp) {
   const YarnSystem &system = is_warp ? weave.warp : weave.weft, &crossing = is_warp ? weave.weft : weave.warp;
   const std::string family = is_warp ? "warp" : "weft";
-  const double half_length = 0.5 * weave.pitch(crossing) * (crossing.n_columns() - 1) + system.margin;
+  const double half_length = 0.5 * weave.yarn_length(system, crossing);
   const Vec3 weft = weave.weft_direction(), warp = Vec3::UnitX(), along = is_warp ? warp : weft,
              across = is_warp ? Vec3::UnitY() : Vec3(weft.y(), -weft.x(), 0);
   // Yarns are laid side by side along those that they cross; fibers in a yarn across it.

@@ -1,8 +1,6 @@
 """A periodic cell laid out: each fiber over three periods of its own, between copies of its neighbours, so
 that what is true of any patch can be asked of its middle."""
 
-import copy
-
 import numpy as np
 
 from states import Mesh, State
@@ -95,7 +93,7 @@ class LaidOutState(State):
     def __init__(self, state, layout, mesh):
         self.mesh = mesh
         for name in ("stage", "time", "proximal", "settings"):
-            setattr(self, name, copy.copy(getattr(state, name)))
+            setattr(self, name, getattr(state, name))
         periods = [np.zeros(3) if p is None else p for p in periods_of(layout.mesh, state)]
         displaced = lambda move: move[0] * periods[0] + move[1] * periods[1]
         own = lambda f: periods[layout.own[f]] if layout.own[f] >= 0 else None

@@ -250,7 +250,7 @@ def fiber_balance(state, start):
     mesh, complaints = state.mesh, []
     tied = {(f, end) for f, end, _ in ties(mesh)}
     for f in range(mesh.n_fibers):
-        if not mesh.is_judged(f, 1.5 / 3 * mesh.length(f)):
+        if not mesh.is_judged(f, 0.5 * mesh.length(f)):
             continue
         force, elastic_size, contact_size = elastic.nodal_balance(state, start, f)
         free = mesh.is_judged(f, np.linspace(0, mesh.length(f), len(force)))
