@@ -37,6 +37,13 @@ struct Chord {
   }
 };
 
+/// Second derivative by the mean arc length τ, u following, of what has the Hessian h by (s_a, s_b).
+[[nodiscard]] inline double along_valley(const Eigen::Matrix2d& h, double sense) {
+  const Vec2 along(1, sense), across(1, -sense);
+  const double aa = along.dot(h * along), ac = along.dot(h * across), cc = across.dot(h * across);
+  return cc > 0 ? aa - ac * ac / cc : aa;
+}
+
 /// The chord between given feet.
 [[nodiscard]] Chord chord_between(const FiberField& field, const State& state, Foot a, Foot b);
 

@@ -163,10 +163,8 @@ void measure(const FiberField& field, const State& state, ContactElement& e) {
 void hold_in_valley(const FiberField& field, const State& state, ContactElement& e) {
   const Gap& g = e.measured;
   if (!e.pair.point || g.sliding.n < 2 || g.inverse_length <= 0) return;
-  const Eigen::Matrix2d a = g.sliding.inverse.inverse();
-  const Vec2 along(1, e.pair.hold.sense), across(1, -e.pair.hold.sense);
-  const double aa = along.dot(a * along), ac = along.dot(a * across), cc = across.dot(a * across),
-               valley = cc > 0 ? aa - ac * ac / cc : aa, least = Hold::least_valley / (e.radius_a + e.radius_b);
+  const double valley = along_valley(g.sliding.inverse.inverse(), e.pair.hold.sense),
+               least = Hold::least_valley / (e.radius_a + e.radius_b);
   if (valley >= least) return;
   e.pair.hold.stiffness += (least - valley) / g.inverse_length;
   measure(field, state, e);

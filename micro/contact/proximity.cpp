@@ -252,11 +252,8 @@ double rise_over_half_spacing(double curvature, double spacing) { return 0.125 *
 
 /// Second derivative by τ of the distance, u following.
 double valley_curvature(const Chord& chord, double sense, double least_distance) {
-  const Eigen::Matrix2d h = chord.hessian();
-  const Vec2 along(1, sense), across(1, -sense);
-  const double aa = along.dot(h * along), ac = along.dot(h * across), cc = across.dot(h * across);
-  const double d = std::max(chord.c.norm(), least_distance), slope = along.dot(chord.slope());
-  return (cc > 0 ? aa - ac * ac / cc : aa) / d - slope * slope / (d * d * d);
+  const double d = std::max(chord.c.norm(), least_distance), slope = Vec2(1, sense).dot(chord.slope());
+  return along_valley(chord.hessian(), sense) / d - slope * slope / (d * d * d);
 }
 
 double smooth_step(double x) {
